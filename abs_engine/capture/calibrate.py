@@ -21,6 +21,10 @@ _VAGUE = 0.03
 """Largest standard deviation of a focal length, as a share of it."""
 _FLAGS = cv2.CALIB_FIX_K3
 """Two radial and two tangential coefficients, which a few pictures can tell."""
+_APART = 0.01
+"""Least distance of two cameras, as a share of that of the board: 0.6 degrees."""
+_TOGETHER, _SMALL = 5.0, 1.0
+"""Largest error of two cameras together: in errors of the worse one alone, or px."""
 _TELLING = 3.0
 """Standard deviations from 0 below which tangential coefficients are left out: a long lens hardly
 tells them from a shift of the principal point, which is then twice as uncertain."""
@@ -66,6 +70,11 @@ def calibrate_camera(pictures: Sequence[Corners], size: tuple[int, int]) -> Cali
         If there are too few pictures, the board stands alike in all of them, or they leave the
         focal length open.
     """
+    if not pictures:
+        raise CalibrationError(
+            "the board was found in no picture",
+            "check --squares (columns before rows), --board and --dictionary",
+        )
     if len(pictures) < LEAST_PICTURES:
         raise CalibrationError(
             f"the board was found in {len(pictures)} pictures, {LEAST_PICTURES} are needed",
@@ -113,9 +122,14 @@ class StereoCalibration:
     pose: Pose
     error: float
 
+    @property
+    def distance(self) -> float:
+        """Distance between the two cameras, mm."""
+        return float(np.linalg.norm(self.pose.translation))
+
 
 def calibrate_stereo(
-    pairs: Sequence[tuple[Corners, Corners]], first: Camera, second: Camera
+    pairs: Sequence[tuple[Corners, Corners]], first: Calibration, second: Calibration
 ) -> StereoCalibration:
     """Pose of two cameras relative to each other, from a board that both see at the same moments.
 
@@ -123,12 +137,13 @@ def calibrate_stereo(
     ----------
     pairs : sequence of (Corners, Corners)
         What the two saw at each moment.
-    first, second : Camera
+    first, second : Calibration
 
     Raises
     ------
     CalibrationError
-        If fewer than three pairs have enough corners in common.
+        If fewer than three pairs have enough corners in common, the pairs do not agree on how the
+        cameras stand, or both stand in one place.
     """
     shared = [a.common(b) for a, b in pairs]
     shared = [(a, b) for a, b in shared if len(a.ids) >= 6]
@@ -142,11 +157,30 @@ def calibrate_stereo(
         [a.places.astype(np.float32) for a, _ in shared],
         [a.pixels.astype(np.float32) for a, _ in shared],
         [b.pixels.astype(np.float32) for _, b in shared],
-        first.matrix, first.distortion, second.matrix, second.distortion, first.size,
+        first.camera.matrix, first.camera.distortion,
+        second.camera.matrix, second.camera.distortion, first.camera.size,
         flags=cv2.CALIB_FIX_INTRINSIC,
     )  # fmt: skip
     pose = Pose(np.asarray(rotation, np.float64), np.asarray(translation, np.float64))
-    return StereoCalibration(pose, float(error))
+    done = StereoCalibration(pose, float(error))
+    _check_pair(done, first, second)
+    return done
+
+
+def _check_pair(done: StereoCalibration, first: Calibration, second: Calibration) -> None:
+    """Refuse cameras whose pictures are not of the same moments, or that stand in one place."""
+    alone = max(first.error, second.error)
+    if done.error > max(_TOGETHER * alone, _SMALL):
+        raise CalibrationError(
+            f"both cameras together are off by {done.error:.2f} px RMS, each alone by at most "
+            f"{alone:.2f}",
+            "give pictures of the same moments, in the same order",
+        )
+    if done.distance < _APART * np.median([p.translation[2] for p in first.poses]):
+        raise CalibrationError(
+            f"both cameras stand in one place ({done.distance:.1f} mm apart)",
+            "give each camera's own pictures",
+        )
 
 
 def _check(poses: Sequence[Pose], matrix: FloatArray, deviation: float) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from abs_engine.capture.corpus import FORMAT as CORPUS
 from abs_engine.capture.corpus import Corpus, bite_plane, load_corpus
+from abs_engine.capture.corpus_checks import check_lips, check_wild
 from abs_engine.capture.corpus_table import HOW, CorpusTable, read_table
 from abs_engine.capture.markers import read_markers
 from abs_engine.capture.observations import FORMAT as OBSERVATIONS
@@ -33,8 +34,6 @@ from abs_engine.core.kinds import to_path
 from abs_engine.io.npz import format_of, read_arrays
 
 _Say = Callable[[str], None] | None
-_BEHIND = -10.0
-"""mm in front of the upper front teeth's edge that lips lie at least. Chosen: usual 2 to 12."""
 
 
 def read_corpus(
@@ -211,8 +210,8 @@ def _assembled(path: Path, recording: RecordedPoints, table: CorpusTable) -> Cor
                 "use the numbers of its column frame, or count from 0 if it has none",
             )
     names = recording.names
+    used = sorted({f for a, b in spans.values() for f in range(a, b + 1)})
     if table.upper_teeth:
-        used = sorted({f for a, b in spans.values() for f in range(a, b + 1)})
         marks = _marks(names, table.upper_teeth)
         lost = [f for f in used if not np.isfinite(recording.points[f, marks]).all()]
         if lost:
@@ -221,38 +220,15 @@ def _assembled(path: Path, recording: RecordedPoints, table: CorpusTable) -> Cor
                 "name another frame",
             )
         recording = _on_bite_plane(recording, marks, used)
+    check_wild(recording, used, {name for group in table.groups.values() for name in group})
     shown = np.stack([_mean(recording.points[start : end + 1]) for start, end in spans.values()])
     try:
         check_size(shown)
         made = Corpus(shown, names, tuple(spans), table.groups, source=path.name)
-        _check_lips(made)
+        check_lips(made)
     except ParameterError as error:
         raise ParameterError(f"{path}: {error.problem}", error.remedy) from error
     return made
-
-
-def _check_lips(corpus: Corpus) -> None:
-    """Raise `ParameterError` where the lips do not lie as they do on the upper teeth."""
-    upper, lower = (_place(corpus, group) for group in ("upper_lip", "lower_lip"))
-    if upper[1] < lower[1]:
-        raise ParameterError(
-            f"the upper lip lies {lower[1] - upper[1]:.0f} mm below the lower one",
-            "check that right and left teeth are the subject's, and that y is up",
-        )
-    ahead = 0.5 * (upper[2] + lower[2])
-    if ahead < _BEHIND:
-        raise ParameterError(
-            f"the lips lie {-ahead:.0f} mm behind the edge of the front teeth",
-            "check which points the teeth are, and that z is forward",
-        )
-
-
-def _place(corpus: Corpus, group: str) -> FloatArray:
-    """The mean (3,) of a group's points; NaN where it has none."""
-    at = [corpus.names.index(name) for name in corpus.groups.get(group, ())]
-    own = corpus.points[:, at].reshape(-1, 3)
-    there = own[np.isfinite(own).all(axis=1)]
-    return np.asarray(there.mean(axis=0)) if len(there) else np.full(3, np.nan)
 
 
 def _mean(points: FloatArray) -> FloatArray:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from abs_engine.core.errors import InputFileError
+from abs_engine.io.csv_table import Table
+from abs_engine.io.csv_table import read_table as read_cells
 from abs_engine.io.inputs import check_file, name_problem, parse_json
 
 HOW = "see 'abs-engine articulate --help'"
@@ -53,9 +54,10 @@ def read_table(path: Path) -> CorpusTable:
     path = Path(path)
     check_file(path)
     try:
-        text = path.read_text("utf-8-sig")
-        return _from_json(text) if path.suffix.lower() == ".json" else _from_csv(text)
-    except (OSError, ValueError, csv.Error) as error:
+        if path.suffix.lower() == ".json":
+            return _from_json(path.read_text("utf-8-sig"))
+        return _from_csv(read_cells(path, small=True, remedy=HOW))
+    except (OSError, ValueError) as error:
         raise InputFileError(f"{path} is not a table of a corpus ({error})", HOW) from error
 
 
@@ -78,16 +80,15 @@ def _texts(what: str, names: Any) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _from_csv(text: str) -> CorpusTable:
+def _from_csv(table: Table) -> CorpusTable:
     groups: dict[str, tuple[str, ...]] = {}
     visemes: dict[str, tuple[int, int]] = {}
     teeth: dict[str, str] = {}
-    reader = csv.DictReader(text.splitlines())
-    if not set(_COLUMNS) <= set(reader.fieldnames or ()):
+    if not set(_COLUMNS) <= set(table.columns):
         raise ValueError(f"the first line is not {','.join(_COLUMNS)}")
-    for row in reader:
-        what, name, value = ((row[key] or "").strip() for key in _COLUMNS)
-        line = f"line {reader.line_num}"
+    for number, row in table.cells():
+        what, name, value = (row[key] for key in _COLUMNS)
+        what, line = what.lower(), f"line {number}"
         if what == "point":
             for group in value.split():
                 groups[group] = (*groups.get(group, ()), name)

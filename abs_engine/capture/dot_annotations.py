@@ -13,6 +13,7 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ModelFormatError, TooFewPointsError
+from abs_engine.io.csv_table import read_table
 from abs_engine.io.inputs import MOST, check_file, parse_json, to_number
 
 FORMAT, VERSION = "abs_engine.dots", 1
@@ -73,12 +74,7 @@ def read_marks(path: Path) -> tuple[Mark, ...]:
         If a JSON file has another format or version.
     """
     path = Path(path)
-    check_file(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputFileError(f"{path} cannot be read as text", "check the path") from error
-    rows = _json_rows(path, text) if path.suffix.lower() == ".json" else _csv_rows(path, text)
+    rows = _json_rows(path) if path.suffix.lower() == ".json" else _csv_rows(path)
     marks = tuple(_mark(path, line, row) for line, row in rows)
     if not marks:
         raise InputFileError(f"{path} holds no points", _REMEDY)
@@ -129,11 +125,17 @@ def initial_places(marks: Sequence[Mark], views: int) -> tuple[tuple[str, ...], 
     Raises
     ------
     TooFewPointsError
-        If a needed dot, or a dot of another view, has no place in one of the views.
+        If there is none of frame 0, or a needed dot, or a dot of another view, has no place in one
+        of the views.
     ModelFormatError
         If a mark is in a view that there is not, or a dot is given twice.
     """
     first = [m for m in marks if m.frame == 0]
+    if not first:
+        raise TooFewPointsError(
+            "no place is given for frame 0; frames count from 0",
+            "give every dot in every view in frame 0",
+        )
     needed = needed_among(m.point for m in first)
     names = tuple(dict.fromkeys([*needed, *(m.point for m in first)]))
     places = np.full((views, len(names), 2), np.nan)
@@ -168,11 +170,12 @@ def _short(text: str, most: int = 120) -> str:
     return text if len(text) <= most else f"{text[:most]}..."
 
 
-def _json_rows(path: Path, text: str) -> list[tuple[str, Mapping[str, object]]]:
+def _json_rows(path: Path) -> list[tuple[str, Mapping[str, object]]]:
+    check_file(path)
     try:
-        told = parse_json(text)
+        told = parse_json(path.read_text(encoding="utf-8-sig"))
         kind, rows = (told.get("format"), told.get("version")), told["points"]
-    except (ValueError, KeyError, AttributeError) as error:
+    except (OSError, ValueError, KeyError, AttributeError) as error:
         raise InputFileError(f"{path} is not a JSON file of points", _REMEDY) from error
     if kind != (FORMAT, VERSION) or type(kind[1]) is not int:
         raise ModelFormatError(
@@ -184,14 +187,10 @@ def _json_rows(path: Path, text: str) -> list[tuple[str, Mapping[str, object]]]:
     return [(f"point {k + 1}", row) for k, row in enumerate(rows)]
 
 
-def _csv_rows(path: Path, text: str) -> list[tuple[str, Mapping[str, object]]]:
-    reader = csv.DictReader(io.StringIO(text), skipinitialspace=True)
-    header = [name.strip().lower() for name in reader.fieldnames or []]
-    reader.fieldnames = header
-    lacking = {"point", "x", "y"} - set(header)
-    if lacking:
-        raise InputFileError(f"{path} has no column {', '.join(sorted(lacking))}", _REMEDY)
-    return [(f"line {reader.line_num}", row) for row in reader]
+def _csv_rows(path: Path) -> list[tuple[str, Mapping[str, object]]]:
+    table = read_table(path, small=True, remedy=_REMEDY)
+    table.require(("point", "x", "y"), _REMEDY)
+    return [(f"line {line}", row) for line, row in table.cells()]
 
 
 def _mark(path: Path, line: str, row: Mapping[str, object]) -> Mark:

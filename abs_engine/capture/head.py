@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from abs_engine.capture.headframe import (
+    AXES,
     HeadMotion,
     check_names,
     follow_point,
@@ -17,6 +18,9 @@ from abs_engine.capture.headframe import (
 )
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError, TooFewPointsError
+
+_FARTHEST = 300.0
+"""mm that half of the points may lie from the head's origin. Chosen: a face's lie within 150."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,13 +96,16 @@ def head_motion(points: FloatArray, names: Sequence[str], choice: HeadChoice) ->
         See `HeadChoice.check`.
     TooFewPointsError, DegenerateViewsError
         If the points do not tell the head's rotation.
+    ParameterError
+        If the points lie far from the head whose pose is given.
     """
     choice.check(names)
     if choice.motion is not None:
+        _check_near(choice.motion.to_head(points))
         return choice.motion
     if choice.unturned is not None:
         at = int(check_names(names, [choice.unturned])[0])
-        axes = mouth_axes(points[_whole(points)], names)
+        axes = mouth_axes(points[_whole(points, names)], names)
         return follow_point(points[:, at], axes)
     rigid = points[:, check_names(names, choice.rigid)]
     if choice.reference is not None:
@@ -114,12 +121,26 @@ def head_motion(points: FloatArray, names: Sequence[str], choice: HeadChoice) ->
                 "'nose', the origin of the head frame, is found in no frame",
                 "record it, or give a reference of the rigid points (--reference)",
             )
-    steady = placed[_whole(placed)]
+    steady = placed[_whole(placed, names)]
     axes = mouth_axes(steady, names)
     origin = steady[nose] if "nose" in names else np.nanmean(steady, axis=0)
     return rigid_motion(rigid, (start - origin) @ axes.T)
 
 
-def _whole(points: FloatArray) -> int:
-    """The first frame in which all points were found, or that in which most were."""
-    return int(np.isfinite(points).all(axis=2).sum(axis=1).argmax())
+def _check_near(placed: FloatArray) -> None:
+    """Refuse points (T, N, 3), mm, most of which are not on the head in whose frame they are."""
+    away = np.linalg.norm(placed, axis=2)
+    away = away[np.isfinite(away)]
+    if len(away) and np.median(away) > _FARTHEST:
+        raise ParameterError(
+            f"by the head's poses, the points lie {np.median(away):.0f} mm from its origin",
+            "give poses in radians and mm, which take points of the head to the first camera's "
+            "frame",
+        )
+
+
+def _whole(points: FloatArray, names: Sequence[str]) -> int:
+    """The first of the frames with most points, of those with the mouth's axes if there are any."""
+    there = np.asarray(np.isfinite(points).all(axis=2))
+    needed = [k for k, name in enumerate(names) if name in AXES]
+    return int((there.sum(axis=1) + len(names) * there[:, needed].all(axis=1)).argmax())

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from abs_engine.capture.headframe import HeadMotion
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError
-from abs_engine.io.inputs import check_file, to_number
+from abs_engine.core.pose import POSE_NAMES
+from abs_engine.io.csv_table import read_table
+
+_REMEDY = "name the columns in line 1"
 
 
 def read_head_poses(path: Path, frames: int) -> HeadMotion:
@@ -24,22 +25,33 @@ def read_head_poses(path: Path, frames: int) -> HeadMotion:
     Raises
     ------
     InputFileError
-        If the file is missing, lacks a column or a frame, or a value is no number.
+        If the file is missing, lacks a column or a frame, a value is no number, or a rotation is
+        more than a full turn.
     """
-    names = ("rx", "ry", "rz", "tx", "ty", "tz")
-    rows = _table(path, ("frame", *names))
+    table = read_table(path, empty_lines=True, small=True)
+    table.require(("frame", *POSE_NAMES), _REMEDY)
     out = np.full((frames, 6), np.nan)
     seen = np.zeros(frames, bool)
-    for row in rows:
-        frame = int(np.nan_to_num(row["frame"], nan=-1.0))
+    for number, pose in zip(
+        table.numbers(["frame"])[:, 0], table.numbers(POSE_NAMES, gaps=True), strict=True
+    ):
+        frame = int(np.nan_to_num(number, nan=-1.0))
         if 0 <= frame < frames:
-            out[frame], seen[frame] = [row[n] for n in names], True
+            out[frame], seen[frame] = pose, True
     if not seen.all():
         raise InputFileError(
             f"{path} has no line for frame {int((~seen).argmax())}",
             f"give frames 0 to {frames - 1}",
         )
     out[~np.isfinite(out).all(axis=1)] = np.nan
+    turns = np.linalg.norm(out[:, :3], axis=1)
+    if np.any(turns > 2 * np.pi):
+        frame = int((turns > 2 * np.pi).argmax())
+        raise InputFileError(
+            f"{path} turns the head by {turns[frame]:.0f} radians in frame {frame}, more than once "
+            "around",
+            "give rotation vectors in radians, not degrees",
+        )
     return HeadMotion(out[:, :3], out[:, 3:], np.where(np.isnan(out[:, 0]), np.nan, 0.0))
 
 
@@ -51,34 +63,11 @@ def read_reference(path: Path) -> Mapping[str, FloatArray]:
     InputFileError
         If the file is missing, lacks a column, or a value is no number.
     """
+    table = read_table(path, small=True)
+    table.require(("point", *"xyz"), _REMEDY)
     out = {}
-    for row in _table(path, ("x", "y", "z"), text="point"):
-        place = np.array([row[k] for k in "xyz"])
+    for name, place in zip(table.text("point"), table.numbers("xyz", gaps=True), strict=True):
         if not np.isfinite(place).all():
-            raise InputFileError(f"{path} has no place for '{row['point']}'", "give x, y and z")
-        out[str(row["point"])] = place
-    return out
-
-
-def _table(path: Path, numbers: Sequence[str], text: str | None = None) -> list[dict[str, Any]]:
-    check_file(path)
-    try:
-        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputFileError(f"{path} cannot be read as text", "check the path") from error
-    reader = csv.DictReader(lines, skipinitialspace=True)
-    lacking = {*numbers, *([text] if text else [])} - set(reader.fieldnames or [])
-    if lacking:
-        raise InputFileError(
-            f"{path} has no column {', '.join(sorted(lacking))}", "name the columns in line 1"
-        )
-    out: list[dict[str, Any]] = []
-    for row in reader:
-        try:
-            told: dict[str, Any] = {n: to_number(row[n] or "", gaps=True) for n in numbers}
-        except ValueError as error:
-            raise InputFileError(
-                f"{path}, line {reader.line_num}: {error}", "give numbers"
-            ) from error
-        out.append(told | ({text: str(row[text]).strip()} if text else {}))
+            raise InputFileError(f"{path} has no place for '{name}'", "give x, y and z")
+        out[name] = place
     return out

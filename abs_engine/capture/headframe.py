@@ -19,6 +19,8 @@ from abs_engine.core.geometry import Pose
 
 _ROUNDS = 10
 _SETTLED = 1e-6  # mm
+AXES = ("corner_right", "corner_left", "upper_outer_2", "lower_outer_2")
+"""Dots that `mouth_axes` needs."""
 _FLAT = 2.0
 """mm, root mean square, by which rigid points must lie off a straight line."""
 
@@ -134,7 +136,7 @@ def mouth_axes(points: FloatArray, names: Sequence[str]) -> FloatArray:
     ----------
     points : (N, 3) float64, mm, any frame
     names : sequence of str
-        Among them the corners and the middles of the outer rows of `marks.LIPS17`.
+        Among them those of `AXES`: the corners and the middles of the outer rows.
 
     Returns
     -------
@@ -149,13 +151,18 @@ def mouth_axes(points: FloatArray, names: Sequence[str]) -> FloatArray:
         If they lie in one line.
     """
     at = {}
-    for name in ("corner_right", "corner_left", "upper_outer_2", "lower_outer_2"):
-        if name not in names or not np.isfinite(points[list(names).index(name)]).all():
+    for name in AXES:
+        if name not in names:
             raise TooFewPointsError(
                 f"the axes of the head need the point '{name}'",
                 "give it, or a reference of the rigid points",
             )
         at[name] = points[list(names).index(name)]
+        if not np.isfinite(at[name]).all():
+            raise TooFewPointsError(
+                f"the axes of the head need '{name}', which no frame has with the others",
+                "correct it in one frame, or give a reference of the rigid points",
+            )
     x = at["corner_left"] - at["corner_right"]
     y = at["upper_outer_2"] - at["lower_outer_2"]
     z = np.cross(x, y)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import struct
 import warnings
 from collections.abc import Callable, Mapping
@@ -13,16 +12,16 @@ from typing import BinaryIO
 import c3d
 import numpy as np
 
+from abs_engine.capture.marker_cells import read_cells
 from abs_engine.capture.recorded import UNITS, refuse_infinite, without_zeros
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
-from abs_engine.io.inputs import MOST, check_file, to_number
+from abs_engine.io.inputs import MOST, check_file
 
 _BROKEN = (ValueError, KeyError, IndexError, AttributeError, TypeError, AssertionError,
            EOFError, ArithmeticError, NameError, MemoryError, struct.error, OSError)  # fmt: skip
 """What the C3D library raises on files that are none, or are cut."""
 _UNEVEN = 1.5
-_SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +150,7 @@ def _c3d_parts(file: BinaryIO) -> tuple[tuple[str, ...], list[FloatArray], float
 
 
 def _read_csv(path: Path, rate: float | None, unit: str | None) -> Markers:
-    header, table = _cells(path)
+    header, table = read_cells(path)
     scale = UNITS[unit or "mm"]
     frame = table[:, header.index("frame")] if "frame" in header else None
     time = table[:, header.index("time")] if "time" in header else None
@@ -167,113 +166,25 @@ def _read_csv(path: Path, rate: float | None, unit: str | None) -> Markers:
     points = table[:, columns] * scale
     points[np.isnan(points).any(axis=2)] = np.nan
     first = 0.0 if frame is None else float(frame[0])
-    if frame is not None and np.any(np.diff(frame) != 1):
-        raise InputFileError(f"{path} skips or repeats a frame", "give a line for every frame")
+    if frame is not None:
+        _check_order(path, frame)
     if not first.is_integer():
         raise InputFileError(f"{path}: '{first:g}' is not a frame number", "use whole numbers")
     rate = _rate(path, rate or _rate_of(path, time))
     return Markers(names, points, np.zeros(points.shape[:2]), rate, int(first))
 
 
-def _cells(path: Path) -> tuple[list[str], FloatArray]:
-    """Column names, and numbers (T, columns) with NaN for empty cells."""
-    try:
-        rows = [r for r in csv.reader(path.read_text("utf-8-sig").splitlines()) if any(r)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputFileError(f"{path} is not a CSV file", "give C3D or CSV") from error
-    if len(rows) < 2:
-        raise InputFileError(f"{path} holds no markers", "give column names and frames")
-    header = _header(path, rows[0])
-    if "point" in header:
-        header, rows = _widened(path, header, rows[1:])
-    else:
-        rows = rows[1:]
-    table = np.full((len(rows), len(header)), np.nan)
-    for k, row in enumerate(rows):
-        if len(row) != len(header):
-            raise InputFileError(
-                f"{path}, frame {_frame(header, row, k)} has {len(row)} values for {len(header)} "
-                "columns",
-                "check the file: use commas only between columns, and decimal points in numbers",
-            )
-        try:
-            table[k] = [to_number(cell, gaps=True) for cell in row]
-        except ValueError as error:
-            raise InputFileError(
-                f"{path}, frame {_frame(header, row, k)}: {error}", "give numbers"
-            ) from error
-    return header, table
-
-
-def _frame(header: list[str], row: list[str], k: int) -> str:
-    """Number of row `k`'s frame: by the column ``frame`` where there is one, else from 0."""
-    at = header.index("frame") if "frame" in header else len(row)
-    try:
-        return f"{to_number(row[at]):.12g}" if at < len(row) else str(k)
-    except ValueError:
-        return str(k)
-
-
-def _header(path: Path, row: list[str]) -> list[str]:
-    """Column names in the first row; raises where it holds none."""
-    between = [word for mark, word in _SEPARATORS.items() if len(row) == 1 and mark in row[0]]
-    if between:
-        raise InputFileError(
-            f"{path} has {between[0]} between its columns",
-            "separate columns with commas, and use decimal points",
-        )
-    if any(_is_number(cell) for cell in row):
-        raise InputFileError(
-            f"{path} has no column names in its first line",
-            "add them, such as frame,point,x,y,z",
-        )
-    return [name.strip() for name in row]
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        to_number(cell)
-    except ValueError:
-        return False
-    return True
-
-
-def _widened(
-    path: Path, header: list[str], rows: list[list[str]]
-) -> tuple[list[str], list[list[str]]]:
-    """A line for each frame, of lines for each marker."""
-    key = next((k for k in ("frame", "time") if k in header), None)
-    if key is None:
-        raise InputFileError(f"{path} has no column frame or time", "give one of them")
-    lacking = [name for name in "xyz" if name not in header]
-    if lacking:
-        raise InputFileError(
-            f"{path} has no column {lacking[0]}", "give frame or time, point, x, y and z"
-        )
-    at = {name: header.index(name) for name in (key, "point", "x", "y", "z")}
-    names: dict[str, None] = {}
-    frames: dict[float, dict[str, list[str]]] = {}
-    for number, row in enumerate(rows, start=2):
-        if len(row) < len(header):
-            raise InputFileError(
-                f"{path}, line {number} has {len(row)} of {len(header)} values",
-                "check the file: it may have been cut",
-            )
-        try:
-            when, name = to_number(row[at[key]]), row[at["point"]].strip()
-            here = frames.setdefault(when, {})
-            if name in here:
-                raise ValueError(f"'{name}' is given twice")
-            here[name] = [row[at[c]] for c in "xyz"]
-        except ValueError as error:
-            raise InputFileError(f"{path}, line {number}: {error}", "check the file") from error
-        names[name] = None
-    wide = [key, *(f"{n}_{c}" for n in names for c in "xyz")]
-    empty = ["", "", ""]
-    return wide, [
-        [repr(when), *(cell for n in names for cell in frames[when].get(n, empty))]
-        for when in sorted(frames)
-    ]
+def _check_order(path: Path, frames: FloatArray) -> None:
+    """Refuse frame numbers (T,) that do not follow each other; says where."""
+    wrong = np.flatnonzero(np.diff(frames) != 1)
+    if not len(wrong):
+        return
+    where = f"frame {frames[wrong[0] + 1]:.12g} comes after frame {frames[wrong[0]]:.12g}"
+    if (np.diff(np.sort(frames)) == 1).all():
+        raise InputFileError(f"the lines of {path} are not in order: {where}", "sort them")
+    raise InputFileError(
+        f"{path} skips or repeats a frame: {where}", "give one line for every frame, in order"
+    )
 
 
 def _rate_of(path: Path, time: FloatArray | None) -> float:

@@ -52,10 +52,10 @@ def refuse_infinite(path: Path, names: Sequence[str], points: FloatArray) -> Non
         )
 
 
-def check_size(points: FloatArray) -> None:
+def check_size(points: FloatArray, remedy: str = "") -> None:
     """Raise `ParameterError` if a face's points (T, N, 3), mm, extend too little in every frame.
 
-    Points in cm or m do, if the file does not state the unit.
+    Points in cm or m do, if the file does not state the unit; `remedy` is for those of no file.
     """
     there = np.asarray(np.isfinite(points).all(axis=2), np.bool_)
     low, high = (
@@ -66,7 +66,8 @@ def check_size(points: FloatArray) -> None:
     if 0 < size < SMALLEST:
         raise ParameterError(
             f"the points of the face measure {size:.2g} mm from end to end",
-            f"are they in mm? say so with --unit, such as --unit {'cm' if size > 1 else 'm'}",
+            remedy
+            or f"are they in mm? say so with --unit, such as --unit {'cm' if size > 1 else 'm'}",
         )
 
 

@@ -1,4 +1,4 @@
-"""A whole session: dots followed through two views of a face, made into points of the head."""
+"""A whole session: dots followed through two views of a face, and what a person should look at."""
 
 from __future__ import annotations
 
@@ -10,16 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.capture.dot_annotations import Mark, check_view, initial_places, needed_among
+from abs_engine.capture.dot_annotations import Mark, check_view, initial_places
 from abs_engine.capture.dot_tracking import USUAL, DotFollower, FollowOptions, Sighting
-from abs_engine.capture.head import HeadChoice, head_motion
-from abs_engine.capture.markers import Markers
 from abs_engine.capture.observations import Observations
-from abs_engine.capture.recorded import check_size
-from abs_engine.capture.triangulate import triangulate
-from abs_engine.capture.view import View
 from abs_engine.core.arrays import BoolArray, FloatArray, Image
-from abs_engine.core.errors import ParameterError, TooFewPointsError, VideoError
+from abs_engine.core.errors import ParameterError, VideoError
 from abs_engine.io.video import probe, read_frames
 
 _RATES = 1e-3
@@ -148,82 +143,6 @@ def _rate_and_frames(videos: Sequence[Path]) -> tuple[float, int]:
             "cut them to begin and end together",
         )
     return first.rate, first.frames
-
-
-def points_of_head(
-    tracks: Tracks,
-    views: Sequence[View],
-    head: HeadChoice,
-    largest_error: float = 1.5,
-    sure: float = USUAL.sure,
-    source: str = "",
-) -> Observations:
-    """Triangulate dots and take them into the head frame.
-
-    Parameters
-    ----------
-    tracks : Tracks
-    views : sequence of View
-    head : HeadChoice
-    largest_error : float, px
-        A point whose reprojection error is larger counts as not found.
-    sure : float
-        A point with a lower correlation in one of the views counts as uncertain, unless a person
-        corrected it there.
-    source : str
-
-    Raises
-    ------
-    DegenerateViewsError
-        If the views leave depth open, or the rigid points a rotation.
-    TooFewPointsError
-        If the rigid points are too few.
-    """
-    made = triangulate(views, tracks.pixels)
-    agreed = made.known & (made.error <= largest_error)
-    world = np.where(agreed[..., None], made.points, np.nan)
-    motion = head_motion(world, tracks.names, head)
-    points = motion.to_head(world)
-    found = np.asarray(agreed & motion.found[:, None])
-    score = tracks.scores.min(axis=0)
-    doubtful = ((tracks.scores < sure) & ~tracks.corrected).any(axis=0)
-    return Observations(
-        points, tracks.names, found, found & doubtful, made.error, score, tracks.rate,
-        motion.rotations, motion.translations, motion.error, tracks.pixels, source,
-    )  # fmt: skip
-
-
-def points_of_markers(markers: Markers, head: HeadChoice, source: str = "") -> Observations:
-    """Take the markers of a file into the head frame; those needed are of `needed_among`.
-
-    Raises
-    ------
-    TooFewPointsError
-        If a needed marker is not there, or the rigid points are too few.
-    DegenerateViewsError
-        If the rigid points leave a rotation open.
-    ParameterError
-        If the markers lie closer together than a face's do in mm.
-    """
-    needed = needed_among(markers.names)
-    lacking = [name for name in needed if name not in markers.names]
-    if lacking:
-        raise TooFewPointsError(
-            f"{len(lacking)} of the {len(needed)} points are missing: {lacking[0]}, ...",
-            f"rename the markers (there are {', '.join(markers.names[:8])}, ...)",
-        )
-    check_size(markers.points)
-    names = (*needed, *(n for n in markers.names if n not in needed))
-    order = [markers.names.index(n) for n in names]
-    world = markers.points[:, order]
-    motion = head_motion(world, names, head)
-    points = motion.to_head(world)
-    found = np.asarray(np.isfinite(points).all(axis=2))
-    return Observations(
-        points, names, found, np.zeros_like(found), markers.residual[:, order],
-        found.astype(float), markers.rate, motion.rotations, motion.translations, motion.error,
-        source=source,
-    )  # fmt: skip
 
 
 def review(

@@ -10,6 +10,7 @@ from abs_engine.cli import options as take
 from abs_engine.cli.command import Chosen, Done
 from abs_engine.cli.progress import Progress, say
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.words import counted, listed
 from abs_engine.io.files import check_free, write_new
 
 if TYPE_CHECKING:
@@ -84,8 +85,11 @@ def calibrate(chosen: Chosen, pictures: list[Path]) -> Done:
         there, other_size = _corners(board, chosen.second, False, progress)
     other = calibrate_camera([c for c, _ in there if c is not None], other_size)
     both = [(a, b) for (a, _), (b, _) in zip(found, there, strict=True) if a and b]
-    stereo = calibrate_stereo(both, own.camera, other.camera)
-    say(f"second: {other.error:.2f} px RMS; both together {stereo.error:.2f} px RMS")
+    stereo = calibrate_stereo(both, own, other)
+    say(
+        f"second: {other.error:.2f} px RMS; both together {stereo.error:.2f} px RMS, "
+        f"{stereo.distance:.0f} mm apart"
+    )
     vectors = [stereo.pose.rotation_vector], [stereo.pose.translation]
     write_new(chosen.output, camera_json(own.camera).encode())
     try:
@@ -118,9 +122,10 @@ def _corners(
                 f"{size[1]}", "give pictures of one camera at one size"
             )  # fmt: skip
         found.append((board.find(image), board.find(image, True) if mirror else None))
-        if found[-1] == (None, None):
-            say(f"no board in {path}")
         progress(number + 1, len(pictures))
+    lacking = [str(path) for path, pair in zip(pictures, found, strict=True) if not any(pair)]
+    if lacking:
+        say(f"no board in {len(lacking)} of {counted(len(pictures), 'picture')}: {listed(lacking)}")
     return found, size or (0, 0)
 
 

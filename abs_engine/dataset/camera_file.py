@@ -55,6 +55,11 @@ class PlacedCamera:
     translations: FloatArray = field(default_factory=lambda: np.zeros((1, 3)))
     mirror: FloatArray | None = None
 
+    @property
+    def at_origin(self) -> bool:
+        """Whether it stands still and the world is its own frame, as a pair's first camera's is."""
+        return len(self.rotations) == 1 and not (self.rotations.any() or self.translations.any())
+
     def pose(self, frame: int) -> Pose:
         """World to camera in a frame."""
         at = 0 if len(self.rotations) == 1 else frame

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from abs_engine.core.clock import TIMING
-from abs_engine.core.errors import InputFileError, ModelFormatError
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.dataset.picture import AGAIN
 from abs_engine.io.naming import RECORD
 
@@ -25,6 +25,16 @@ def digest(path: Path) -> str:
     """SHA-256 of a file, in hexadecimal."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def check_distinct(videos: Sequence[tuple[Path, Path]], remedy: str = "give it once") -> None:
+    """Raise `ParameterError` if a video comes twice; each item is what was given, and its video."""
+    known: dict[str, Path] = {}
+    for given, video in videos:
+        content = digest(video)
+        if content in known:
+            raise ParameterError(f"{known[content]} and {given} are of the same video", remedy)
+        known[content] = given
 
 
 def write_sums(folder: Path, known: Mapping[str, str] | None = None) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +15,8 @@ from abs_engine.core.errors import InputFileError
 from abs_engine.io.inputs import check_file, to_number
 
 EVALUATE_HELP = "see 'abs-engine evaluate --help'"
+_SEPARATORS = {";": "semicolons", "\t": "tabs"}
+_COMMAS = "use commas only between columns, and decimal points in numbers"
 
 
 @dataclass(frozen=True)
@@ -41,8 +43,13 @@ class Table:
         place = self.columns[name]
         return [row[place].strip() for row in self.rows]
 
-    def numbers(self, names: Iterable[str]) -> FloatArray:
-        """Columns as numbers, (rows, columns); NaN where a cell is empty.
+    def cells(self) -> Iterator[tuple[int, dict[str, str]]]:
+        """Each row's line number, and its cells by column, without spaces around them."""
+        for line, row in zip(self.lines, self.rows, strict=True):
+            yield line, dict(zip(self.columns, (cell.strip() for cell in row), strict=True))
+
+    def numbers(self, names: Iterable[str], *, gaps: bool = False) -> FloatArray:
+        """Columns as numbers, (rows, columns); NaN where a cell is empty, with `gaps` or says so.
 
         Raises
         ------
@@ -54,12 +61,12 @@ class Table:
         for k, name in enumerate(wanted):
             for row, cell in enumerate(self.text(name)):
                 if cell:
-                    out[row, k] = self._number(cell, self.lines[row], name)
+                    out[row, k] = self._number(cell, self.lines[row], name, gaps)
         return out
 
-    def _number(self, cell: str, line: int, name: str) -> float:
+    def _number(self, cell: str, line: int, name: str, gaps: bool) -> float:
         try:
-            return to_number(cell)
+            return to_number(cell, gaps=gaps)
         except ValueError as error:
             shown = " ".join(cell.split())[:60]
             raise InputFileError(
@@ -79,7 +86,11 @@ class Table:
 
 
 def read_table(
-    path: Path, *, empty_lines: bool = False, remedy: str = "give comma-separated text"
+    path: Path,
+    *,
+    empty_lines: bool = False,
+    small: bool = False,
+    remedy: str = "give comma-separated text",
 ) -> Table:
     """Read a CSV file whose first line names its columns.
 
@@ -90,14 +101,16 @@ def read_table(
         Keep lines whose cells are all empty, as a frame's of which nothing is known may be; by
         default they are left out, as spreadsheets end with such lines. Lines without a cell
         always are.
+    small : bool
+        Take the columns' names in small letters, however they are written.
     remedy : str
         What to do about a file that is not text.
 
     Raises
     ------
     InputFileError
-        If it is missing, no text, empty, names a column twice, or a line has too few or too many
-        cells.
+        If it is missing, no text, empty, names a column twice, has something else than commas
+        between columns, or a line has too few or too many cells.
     """
     path = Path(path)
     check_file(path)
@@ -112,9 +125,12 @@ def read_table(
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputFileError(f"{path} is not a CSV file", remedy) from error
     if len(found) < 2:
-        raise InputFileError(f"{path} holds no results", "give a line of names and a line a frame")
+        raise InputFileError(
+            f"{path} has no line below its column names", "give a line of names, and more below it"
+        )
     (_, heading), *rest = found
-    names = [name.strip() for name in heading]
+    check_separators(path, heading)
+    names = [name.strip().lower() if small else name.strip() for name in heading]
     twice = [name for name in names if name and names.count(name) > 1]
     if twice:
         raise InputFileError(f"{path} has two columns {twice[0]}", "name every column once")
@@ -122,10 +138,20 @@ def read_table(
         if len(row) != len(names):
             raise InputFileError(
                 f"{path}, line {line}: {len(row)} cells under {len(names)} names",
-                "write the file again",
+                _COMMAS,
             )
     columns = {name: k for k, name in enumerate(names)}
     return Table(path, columns, [row for _, row in rest], [line for line, _ in rest])
+
+
+def check_separators(path: Path, heading: Sequence[str]) -> None:
+    """Raise `InputFileError` for a first line with something else than commas between columns."""
+    found = [word for mark, word in _SEPARATORS.items() if len(heading) == 1 and mark in heading[0]]
+    if found:
+        raise InputFileError(
+            f"{path} has {found[0]} between its columns",
+            "separate columns with commas, and use decimal points",
+        )
 
 
 def _counts(row: list[str], empty: bool) -> bool:

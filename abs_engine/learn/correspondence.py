@@ -125,6 +125,26 @@ def correspond(
     return Correspondence(points, rest, head[at], person or "", scale, turn, shift, misfit)
 
 
+def check_dots(speaker: Speaker, mean: FloatArray) -> None:
+    """Refuse dots that are no lips in the head frame.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    mean : (16, 3) float64, mm, head frame
+        Mean places of the dots of `marks.LIPS16`.
+
+    Raises
+    ------
+    ParameterError
+        If they lie in one plane, have each other's names, or another size or direction than lips.
+    """
+    home = speaker.vertices[lips17(speaker)[: len(LIPS16)]].astype(np.float64)
+    _check_depth(mean)
+    _check_names(mean, home)
+    _check_frame(*similarity(home, mean)[:2])
+
+
 def _check_frame(scale: float, turn: FloatArray) -> None:
     low, high = LEARNING.mouth_sizes
     if not low <= scale <= high:
@@ -151,10 +171,20 @@ def _check_depth(mean: FloatArray) -> None:
 
 
 def _check_names(mean: FloatArray, home: FloatArray) -> None:
-    """Refuse mean dots (16, 3) of which two, exchanged, come far nearer to the average head's."""
+    """Refuse mean dots (16, 3) that come far nearer to the average head's with names exchanged.
+
+    Of two dots, or left and right of all.
+    """
     pairs = list(combinations(range(len(home)), 2))
     exchanged = [_laid(_exchanged(mean, pair), home) for pair in pairs]
     best, own = int(np.argmin(exchanged)), _laid(mean, home)
+    mirrored = _laid(mean * [-1, 1, 1], home)
+    if mirrored < min(LEARNING.exchanged * own, exchanged[best]):
+        raise ParameterError(
+            "left and right seem exchanged in the names of the dots: laid on the average head, the "
+            f"mean dots are {own:.1f} mm RMS from its own, and {mirrored:.1f} if they are mirrored",
+            "exchange left and right; if they are right, check the order of cameras and videos",
+        )
     if exchanged[best] < LEARNING.exchanged * own:
         one, other = (LIPS16[k] for k in pairs[best])
         raise ParameterError(

@@ -31,8 +31,9 @@ class Training:
     physics : LearnedPhysics
     shell : LipShell
     correspondence : Correspondence
-    used, tested, left_out : (...,) int
-        Frames that were learned from, complete ones after them, and those with too few dots.
+    used, tested, untested, left_out : (...,) int
+        Frames that were learned from, complete ones after them, others after them that lack a dot,
+        and those with too few dots.
     jumped : (...,) int
         Frames of which a dot was left out because it jumps, see `believed_dots.believe`.
     incomplete : (...,) int
@@ -50,6 +51,7 @@ class Training:
     correspondence: Correspondence
     used: IntArray
     tested: IntArray
+    untested: IntArray
     left_out: IntArray
     jumped: IntArray
     incomplete: IntArray
@@ -120,8 +122,9 @@ def train(
         source=f"{observations.source}; {laid.how}",
     )
     return Training(
-        physics, shell, laid, used, tested, np.flatnonzero(~believed.usable),
-        np.flatnonzero(believed.jumped.any(axis=1)), used[~whole[used]],
+        physics, shell, laid, used, tested, later[~whole[later]],
+        np.flatnonzero(~believed.usable), np.flatnonzero(believed.jumped.any(axis=1)),
+        used[~whole[used]],
         both[observations.doubtful(LIPS16)[both]], moved[:n_train], moved[n_train:],
     )  # fmt: skip
 

@@ -17,6 +17,7 @@ from abs_engine.core.errors import (
     TooFewFramesError,
 )
 from abs_engine.core.scene import Renderer
+from abs_engine.dataset.sums import check_distinct
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.shape.lip_model import LipModel, lip_model
 from abs_engine.face.shape.lip_shell import LipShell
@@ -33,7 +34,6 @@ from abs_engine.tracking.record import SUMMARY
 from abs_engine.tracking.recordings import (
     Recording,
     camera_of,
-    check_distinct,
     load_recording,
     pose_in,
 )

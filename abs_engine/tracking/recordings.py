@@ -21,7 +21,7 @@ from abs_engine.core.errors import (
 )
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.words import counted
-from abs_engine.dataset.sums import digest
+from abs_engine.dataset.sums import check_distinct, digest
 from abs_engine.io.assets import Speaker
 from abs_engine.io.inputs import read_json
 from abs_engine.io.video import probe
@@ -259,18 +259,3 @@ def check_videos(videos: Sequence[tuple[Path, Path]]) -> tuple[int, int]:
             )
     check_distinct(videos)
     return size
-
-
-def check_distinct(videos: Sequence[tuple[Path, Path]]) -> None:
-    """Raise `ParameterError` if a video comes twice; each item is what was given, and its video.
-
-    Frames of a copy would count as left out although they were learned from.
-    """
-    known: dict[str, Path] = {}
-    for given, video in videos:
-        content = digest(video)
-        if content in known:
-            raise ParameterError(
-                f"{known[content]} and {given} are of the same video", "give it once"
-            )
-        known[content] = given

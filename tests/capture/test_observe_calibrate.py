@@ -8,7 +8,7 @@ from observe_session import BOARD, board_poses
 from observed import before_cameras, board_picture, mirror_room, seen_from, two_cameras
 
 from abs_engine.capture.board import Board, Corners
-from abs_engine.capture.calibrate import calibrate_camera, calibrate_stereo
+from abs_engine.capture.calibrate import Calibration, calibrate_camera, calibrate_stereo
 from abs_engine.capture.mirror import calibrate_mirror
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import CalibrationError, ParameterError
@@ -84,12 +84,19 @@ def test_two_cameras_come_back():
         for k, p in enumerate(poses)
     ]
     pairs[0] = pairs[0][0].at(np.arange(12, 24)), pairs[0][1].at(np.arange(0, 20))  # 8 in common
-    done = calibrate_stereo(pairs, camera, camera)
+    one = Calibration(camera, 0.07, 1.0, 1.0, tuple(poses))
+    done = calibrate_stereo(pairs, one, one)
+    assert done.distance == pytest.approx(np.linalg.norm(second.translation), abs=0.6)
     assert done.error == pytest.approx(0.07, abs=0.03)  # 0.05 px in x and in y
     assert done.pose.rotation == pytest.approx(second.rotation, abs=1e-3)
     assert done.pose.translation == pytest.approx(second.translation, abs=0.6)
     with pytest.raises(CalibrationError, match="2 pairs"):
-        calibrate_stereo(pairs[:2], camera, camera)
+        calibrate_stereo(pairs[:2], one, one)
+    mixed = [(a, b) for (a, _), (_, b) in zip(pairs[1:], pairs[2:] + pairs[1:2], strict=True)]
+    with pytest.raises(CalibrationError, match="give pictures of the same moments"):
+        calibrate_stereo(mixed, one, one)
+    with pytest.raises(CalibrationError, match="both cameras stand in one place"):
+        calibrate_stereo([(a, a) for a, _ in pairs], one, one)
 
 
 def test_a_mirror_comes_back_from_boards_and_their_images():

@@ -167,6 +167,21 @@ def test_broken_marker_files_are_one_line(tmp_path: Path, capsys: pytest.Capture
         assert not out.exists()
 
 
+@pytest.mark.parametrize(
+    ("order", "said"),
+    [
+        ([0, 1, 3, 2], r"lines of .* are not in order: frame 3 comes after frame 1; sort them"),
+        ([0, 1, 3, 4], "skips or repeats a frame: frame 3 comes after frame 1"),
+        ([0, 1, 1, 2], "skips or repeats a frame: frame 1 comes after frame 1"),
+    ],
+)
+def test_frames_out_of_order_are_named(tmp_path, order, said):
+    path = tmp_path / "m.csv"
+    path.write_text("\n".join(["frame,a_x,a_y,a_z", *(f"{k},1,2,3" for k in order)]))
+    with pytest.raises(InputFileError, match=said):
+        read_markers(path, 50.0)
+
+
 @pytest.mark.parametrize(("column", "said"), [("frame", "frame 102"), ("time", "frame 2")])
 @pytest.mark.parametrize("end", [",left", ",0,0"])
 def test_a_frame_that_is_wrong_has_the_files_own_number(tmp_path, column, said, end):
@@ -316,7 +331,7 @@ def test_calibration_commands_that_lack_something_are_one_line(
     board, out = ["--squares", "7", "5", "--square", "20"], ["-o", str(tmp_path / "c.json")]
     cases = [
         ([str(wall), *out], "--squares"),
-        ([str(wall), *board, *out], "found in 0 pictures"),
+        ([str(wall), *board, *out], "found in no picture; check --squares (columns before rows)"),
         ([str(wall), *board, "--board", "chessboard", "--mirror", *out], "ChArUco"),
         ([str(wall), *board, "--second", str(wall), *out], "--second-output"),
         ([str(tmp_path / "no.png"), *board, *out], "not a readable picture"),

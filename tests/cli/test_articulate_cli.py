@@ -308,6 +308,32 @@ def test_points_elsewhere_than_the_model_s_are_warned_of(tmp_path: Path, capsys)
     assert "warning: the points hardly lie where the model's do" in capsys.readouterr().out
 
 
+def test_a_marker_that_flew_off_is_named_with_its_frame(tmp_path: Path, capsys):
+    points = recorded()[1]
+    assert main(written(tmp_path, points)) == 0
+    points[10, 3] = 1e5
+    wild = tmp_path / "wild"
+    wild.mkdir()
+    words = written(wild, points)
+    check_refused(wild, capsys, words, "from where it usually is in frame 10")
+    check_refused(wild, capsys, words, "the point 'p3' lies")
+    more = ["--model", str(tmp_path / "model" / "model.npz"), "-o", str(tmp_path / "talk.csv")]
+    assert main([*words[:4], *more]) == 0
+    assert "warning: in 1 frame the points hardly lie" in (out := capsys.readouterr().out)
+    assert "10 (p3)" in out
+
+
+def test_a_table_may_have_capitals_but_no_semicolons(tmp_path: Path, capsys):
+    words = written(tmp_path, recorded()[1])
+    roles = tmp_path / "roles.csv"
+    text = roles.read_text()
+    roles.write_text(text.replace(",", ";"), encoding="utf-8-sig")
+    check_refused(tmp_path, capsys, words, "roles.csv has semicolons between its columns; separate")
+    capital = text.replace("what,name,value", "What,Name,Value").replace("viseme,", "Viseme,")
+    roles.write_text(capital, encoding="utf-8-sig")
+    assert main(words) == 0
+
+
 def test_a_model_gives_the_parameters_of_a_recording(tmp_path: Path, capsys):
     own, points = recorded()
     assert main(written(tmp_path, points)) == 0
@@ -358,7 +384,7 @@ def test_a_recording_that_does_not_fit_is_one_line(tmp_path, capsys, names, poin
 
 def test_names_are_quoted_in_the_table_of_parameters():
     alpha, one = np.array([[1.0, np.nan]]).T, np.array([0.5, np.nan])
-    done = Applied(('a "b"',), alpha, one, np.array([4, 0]), (), first=7)
+    done = Applied(('a "b"',), alpha, one, np.array([4, 0]), (), ("p", ""), first=7)
     rows = list(csv.reader(done.as_csv().splitlines()))
     assert rows == [
         ["frame", 'a "b"', "rms_mm", "points"], ["7", "1.0000", "0.5000", "4"], ["8", "", "", "0"]

@@ -323,7 +323,7 @@ def test_long_files_that_are_wrong(truth, reference, tmp_path):
     fails(InputFileError, "lacks the column z", *_without(*solid, "z"))
     spaces = [[*row, "moon"] for row in solid[1]]
     fails(InputFileError, "spaces moon", [*solid[0], "space"], spaces)
-    fails(InputFileError, "holds no results", heading, [])
+    fails(InputFileError, "has no line below its column names", heading, [])
 
 
 def test_face_unit_files_that_are_wrong(truth, reference, tmp_path):

@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from abs_engine.capture.dot_annotations import LIPS16
 from abs_engine.capture.observations import Observations, write_observations
 from abs_engine.cli import main
+from abs_engine.cli.commands.train import report_lines
 from abs_engine.core.errors import (
     InputFileError,
     ModelFormatError,
@@ -114,6 +115,7 @@ def test_the_help_says_which_frames_are_learned_from(capsys):
     assert main(["train", "--help"]) == 0
     words = " ".join(capsys.readouterr().out.split())
     assert f"those with {LEARNING.fewest_dots} or more of the {len(LIPS16)} dots" in words
+    assert f"later ones with all {len(LIPS16)} are for testing" in words
 
 
 def test_test_frames_are_not_learned_from():
@@ -249,6 +251,12 @@ class TestWhoseHead:
         with pytest.raises(ParameterError, match=told):
             train(replace(SEEN, points=SEEN.points[:, order]), SPEAKER, person, shell=SHELL)
 
+    @pytest.mark.parametrize("person", ["clara", None])
+    def test_left_and_right_exchanged_throughout_are_named(self, person):
+        points = SEEN.points * [-1, 1, 1]
+        with pytest.raises(ParameterError, match="left and right seem exchanged in the names"):
+            train(replace(SEEN, points=points), SPEAKER, person, shell=SHELL)
+
     def test_what_is_left_of_somebody_else_goes_into_the_mean(self):
         done = train(SEEN, SPEAKER, shell=SHELL)
         assert "average head" in done.physics.source
@@ -336,6 +344,12 @@ class TestMotion:
 
 
 class TestCommand:
+    def test_all_frames_are_accounted_for(self):
+        done = train(lost(SEEN, [141, 145], 3), SPEAKER, "clara", shell=SHELL)
+        assert done.untested.tolist() == [141, 145]
+        said = "8 left for testing, 2 more that lack a dot and are not tested, 0 left out"
+        assert said in report_lines(done)[1]
+
     def test_it_writes_a_model_and_says_what_it_learned(self, tmp_path: Path, capsys):
         write_observations(tmp_path / "dots.npz", lost(SEEN, [7, 30]))
         out = tmp_path / "lips.npz"

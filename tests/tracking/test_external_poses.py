@@ -275,7 +275,7 @@ def test_frames_are_learned_from_whose_mouth_is_in_the_picture():
     [
         (3, [], "3 poses for the video's 4 frames; give one for each frame"),
         (4, ["--mouth", 10, 10, 30, 20], "leave out --mouth, or --poses"),
-        (0, [], "holds no results"),
+        (0, [], "has no line below its column names"),
     ],
 )
 def test_bad_poses_end_the_command_in_one_line(tmp_path, capsys, rows, more, said):

@@ -28,6 +28,7 @@ from abs_engine.core.errors import (
     ParameterError,
     TooFewFramesError,
 )
+from abs_engine.dataset.sums import check_distinct
 from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import speaker_learning
@@ -36,7 +37,6 @@ from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.options import TrackOptions
 from abs_engine.tracking.recordings import (
     Recording,
-    check_distinct,
     check_same,
     check_variety,
     check_videos,

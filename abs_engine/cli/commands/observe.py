@@ -110,8 +110,9 @@ def observe(chosen: Chosen) -> Done:
 
 def _videos(chosen: Chosen, videos: Sequence[Path]) -> Done:
     from abs_engine.capture.dot_annotations import initial_places, read_marks, write_marks
+    from abs_engine.capture.head_points import points_of_head
     from abs_engine.capture.observations import write_observations
-    from abs_engine.capture.session import follow_videos, points_of_head, review
+    from abs_engine.capture.session import follow_videos, review
     from abs_engine.capture.triangulate import triangulate
     from abs_engine.io.video import probe
 
@@ -145,12 +146,26 @@ def _videos(chosen: Chosen, videos: Sequence[Path]) -> Done:
             write_new(chosen.review, write_marks(rows).encode())
         overlay.finish()
     looked_at = f"{len(rows)} of {tracks.scores.size} places should be looked at by a person"
-    return _done(chosen, observed, [looked_at])
+    return _done(chosen, observed, [*_order(observed), looked_at])
+
+
+def _order(observed: Observations) -> list[str]:
+    """A warning if most points were not found."""
+    from abs_engine.capture.head_points import ORDER
+
+    if 2 * observed.found.sum() > observed.found.size:
+        return []
+    return [
+        "warning: most points were not found, as dots were lost or the views disagree by more than "
+        f"--largest-error: check {ORDER}"
+    ]
 
 
 def _views(files: Sequence[Path], videos: Sequence[Path]) -> list[View]:
     from abs_engine.capture.view import Plane, View
     from abs_engine.dataset import load_placed_camera
+    from abs_engine.dataset.sums import check_distinct
+    from abs_engine.io.video import probe
 
     placed = [load_placed_camera(path) for path in files]
     if len(placed) != len(videos):
@@ -158,9 +173,23 @@ def _views(files: Sequence[Path], videos: Sequence[Path]) -> list[View]:
             f"{len(videos)} videos and {len(placed)} calibrations were given",
             "give one video and a camera with a mirror, or two of each",
         )
-    for path, one in zip(files, placed, strict=True):
+    for path, one, video in zip(files, placed, videos, strict=True):
         if len(one.rotations) > 1:
             raise ParameterError(f"the camera of {path} moves", "give one that stands still")
+        size = probe(video).size
+        if one.camera.size != size:
+            raise ParameterError(
+                "{} is for pictures of {}x{} pixels, {} has {}x{}".format(
+                    path, *one.camera.size, video, *size
+                ),
+                "calibrate with pictures of the video's size",
+            )
+    check_distinct([(video, video) for video in videos], "give the video of the other camera, too")
+    if [one.at_origin for one in placed] == [False, True]:
+        raise ParameterError(
+            f"{files[1]} is the first camera of its pair, {files[0]} comes before it",
+            "exchange the two, and give videos and views in the same order",
+        )
     views = [View(one.camera, one.pose(0)) for one in placed]
     if len(placed) == 1:
         if placed[0].mirror is None:
@@ -185,9 +214,9 @@ def _head(chosen: Chosen, frames: int) -> HeadChoice:
 
 
 def _markers(chosen: Chosen, files: Sequence[Path]) -> Done:
+    from abs_engine.capture.head_points import points_of_markers
     from abs_engine.capture.markers import read_markers
     from abs_engine.capture.observations import write_observations
-    from abs_engine.capture.session import points_of_markers
 
     if len(files) > 1:
         raise ParameterError("several marker files were given", "give one")
@@ -218,7 +247,29 @@ def _done(chosen: Chosen, observed: Observations, more: Sequence[str] = ()) -> D
                 "warning: these points are not rigid: name others, or look for frames in which one "
                 "was lost or mistaken for another"
             )
+    lines += _doubts(observed)
     head = int((~np.isfinite(observed.rotations).all(axis=1)).sum())
     lines += [f"{counted(head, 'frame')} without the head", *more, f"wrote {chosen.output}"]
     facts = {"frames": observed.frames, "missing": missing, "uncertain": uncertain}
     return Done(lines, {"output": chosen.output, **facts, "frames_without_head": head})
+
+
+def _doubts(observed: Observations) -> list[str]:
+    """A warning if the dots are no lips in the head frame, as 'train' then refuses them."""
+    import numpy as np
+
+    from abs_engine.capture.dot_annotations import LIPS16
+    from abs_engine.io.assets import load_speaker
+    from abs_engine.learn.correspondence import check_dots
+
+    if not set(LIPS16) <= set(observed.names):
+        return []
+    dots = observed.of(LIPS16)
+    dots = dots[np.isfinite(dots).all(axis=(1, 2))]
+    if not len(dots):
+        return []
+    try:
+        check_dots(load_speaker(), dots.mean(axis=0))
+    except ParameterError as error:
+        return [f"warning: {error}"]
+    return []

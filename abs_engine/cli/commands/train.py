@@ -47,7 +47,7 @@ def _runs(text: str) -> tuple[Path, ...]:
         text="number of modes to keep (default: 10)"),
     take.option("--train", type=int, default=140, metavar="N",
         text="frames to learn from, of those with 8 or more of the 16 dots (fails if there are "
-        "fewer); the rest is for testing (default: 140)"),
+        "fewer); later ones with all 16 are for testing (default: 140)"),
     take.option("--add", many=True, type=_runs, metavar="RUN[,RUN]...",
         text="learn from runs of videos without dots, too, of this person or others; join those "
         "of cameras that filmed the same by commas. Kept if frames that were left out are more "
@@ -118,10 +118,12 @@ def report_lines(done: Training) -> list[str]:
     from abs_engine.learn.reconstruction import table_1
 
     physics = done.physics
+    lacking = len(done.untested)
     lines = [
         f"correspondence: {done.correspondence.how}",
         f"{len(done.used)} frames learned from, {len(done.tested)} left for testing, "
-        f"{len(done.left_out)} left out{_named(done.left_out, ', as too few dots were found')}",
+        + (f"{lacking} more that lack a dot and are not tested, " if lacking else "")
+        + f"{len(done.left_out)} left out{_named(done.left_out, ', as too few dots were found')}",
         f"noise: {physics.noise:.3f} mm for each coordinate of a dot, beyond the modes",
         "variance held by the first modes: "
         + "  ".join(f"{k}: {share:.2%}" for k, share in enumerate(physics.shares, 1)),

@@ -20,9 +20,10 @@ from abs_engine.capture.corpus_file import read_corpus
 from abs_engine.capture.dot_annotations import Mark
 from abs_engine.capture.dot_tracking import DotFollower
 from abs_engine.capture.head import HeadChoice
+from abs_engine.capture.head_points import points_of_head
 from abs_engine.capture.headframe import HeadMotion, rigid_motion
 from abs_engine.capture.observations import Observations, write_observations
-from abs_engine.capture.session import follow_videos, points_of_head
+from abs_engine.capture.session import follow_videos
 from abs_engine.capture.triangulate import triangulate
 from abs_engine.capture.view import View
 from abs_engine.core.arrays import FloatArray
@@ -110,8 +111,8 @@ class Session:
 def _calibrated(found: Sequence[Sequence[Corners | None]], size: tuple[int, int]) -> list[View]:
     """Both cameras from the boards that both see; the world is the first one's frame."""
     pairs = [(a, b) for a, b in zip(*found, strict=True) if a is not None and b is not None]
-    first, second = (calibrate_camera([pair[k] for pair in pairs], size).camera for k in range(2))
-    return [View(first), View(second, calibrate_stereo(pairs, first, second).pose)]
+    first, second = (calibrate_camera([pair[k] for pair in pairs], size) for k in range(2))
+    return [View(first.camera), View(second.camera, calibrate_stereo(pairs, first, second).pose)]
 
 
 def _plate(views: Sequence[View], seen: Sequence[Corners | None]) -> HeadMotion:

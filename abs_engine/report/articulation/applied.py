@@ -30,6 +30,9 @@ class Applied:
         How many of the model's points are seen.
     lacking : tuple of str
         The model's points that are in no frame.
+    farthest : tuple of str
+        The point of each frame that is farthest from where the model puts it; empty where the
+        frame has no parameters.
     first : int
         Number of the first frame.
     """
@@ -39,6 +42,7 @@ class Applied:
     error: FloatArray
     seen: IntArray
     lacking: tuple[str, ...]
+    farthest: tuple[str, ...]
     first: int = 0
 
     @property
@@ -105,6 +109,10 @@ def apply_model(
         model.parameters, alpha, np.where(found, error, np.nan),
         np.asarray(there.sum(axis=1), np.int64),
         tuple(name for name, ever in zip(model.names, seen, strict=True) if not ever),
+        tuple(
+            model.names[int(k)] if ok else ""
+            for k, ok in zip(np.where(there, away, -1.0).argmax(axis=1), found, strict=True)
+        ),
         first,
     )  # fmt: skip
 

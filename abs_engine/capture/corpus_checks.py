@@ -1,0 +1,63 @@
+"""Checks of a corpus: points that no face has, and lips that do not lie as lips do."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from abs_engine.capture.corpus import Corpus
+from abs_engine.capture.recorded import RecordedPoints
+from abs_engine.core.arrays import FloatArray
+from abs_engine.core.errors import ParameterError
+
+_WILD = 150.0
+"""mm from its median place at which no point of a face can be. Chosen: a chin moves by 50."""
+_BEHIND = -10.0
+"""mm in front of the upper front teeth's edge that lips lie at least. Chosen: usual 2 to 12."""
+
+
+def check_wild(recording: RecordedPoints, used: Sequence[int], names: Collection[str]) -> None:
+    """Raise `ParameterError` where a named point lies farther off in a used frame than faces move.
+
+    Frames count from 0.
+    """
+    frames = np.array(used)
+    for name, places in zip(recording.names, recording.points[frames].swapaxes(0, 1), strict=True):
+        there = np.flatnonzero(np.isfinite(places).all(axis=1))
+        if name not in names or not len(there):
+            continue
+        seen = places[there]
+        away = np.linalg.norm(seen - np.median(seen, axis=0), axis=1)
+        if away.max() > _WILD:
+            frame = recording.first + int(frames[there[away.argmax()]])
+            raise ParameterError(
+                f"the point '{name}' lies {away.max():.0f} mm from where it usually is in frame "
+                f"{frame}",
+                "correct it, or leave its place empty there; if the head moves, name the upper "
+                "teeth",
+            )
+
+
+def check_lips(corpus: Corpus) -> None:
+    """Raise `ParameterError` where the lips do not lie as they do on the upper teeth."""
+    upper, lower = (_place(corpus, group) for group in ("upper_lip", "lower_lip"))
+    if upper[1] < lower[1]:
+        raise ParameterError(
+            f"the upper lip lies {lower[1] - upper[1]:.0f} mm below the lower one",
+            "check that right and left teeth are the subject's, and that y is up",
+        )
+    ahead = 0.5 * (upper[2] + lower[2])
+    if ahead < _BEHIND:
+        raise ParameterError(
+            f"the lips lie {-ahead:.0f} mm behind the edge of the front teeth",
+            "check which points the teeth are, and that z is forward",
+        )
+
+
+def _place(corpus: Corpus, group: str) -> FloatArray:
+    """The mean (3,) of a group's points; NaN where it has none."""
+    at = [corpus.names.index(name) for name in corpus.groups.get(group, ())]
+    own = corpus.points[:, at].reshape(-1, 3)
+    there = own[np.isfinite(own).all(axis=1)]
+    return np.asarray(there.mean(axis=0)) if len(there) else np.full(3, np.nan)

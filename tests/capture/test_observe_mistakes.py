@@ -1,0 +1,202 @@
+"""Mistakes of a user who observes: each is named, or warned of where the result may still do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from observed import before_cameras, two_cameras
+
+from abs_engine.capture.dot_annotations import LIPS17
+from abs_engine.capture.head import HeadChoice, head_motion
+from abs_engine.capture.head_points import points_of_head
+from abs_engine.capture.session import Tracks
+from abs_engine.capture.view import View
+from abs_engine.cli import main
+from abs_engine.core.errors import TooFewPointsError
+from abs_engine.dataset import camera_json
+from abs_engine.face.shape.lip_dots import lips17
+from abs_engine.io.assets import load_speaker
+from abs_engine.io.video import VideoWriter
+
+FRAMES = 3
+HEAD = before_cameras()
+CAMERA, PLACES = two_cameras()
+SPEAKER = load_speaker()
+DOTS = SPEAKER.vertices[lips17(SPEAKER)].astype(np.float64)
+
+
+def mirrored_names() -> tuple[str, ...]:
+    """Names of the same dots by who takes left for right."""
+    where = DOTS * [-1, 1, 1]
+    away = np.linalg.norm(where[:, None] - DOTS, axis=2)
+    return tuple(LIPS17[k] for k in away.argmin(axis=1))
+
+
+def followed(dots: np.ndarray = DOTS) -> Tracks:
+    """Tracks of a head that stands still before both cameras."""
+    views = [View(CAMERA, place) for place in PLACES]
+    pixels = np.stack([view.project(HEAD.apply(dots)) for view in views])
+    every = np.repeat(pixels[:, None], FRAMES, axis=1)
+    shape = every.shape[:3]
+    return Tracks(LIPS17, every, np.ones(shape), np.zeros(shape, bool), 25.0)
+
+
+@dataclass
+class Files:
+    """Two videos of nothing, and what goes with them."""
+
+    folder: Path
+
+    def __post_init__(self) -> None:
+        self.videos = [self.folder / "left.mp4", self.folder / "right.mp4"]
+        for k, path in enumerate(self.videos):
+            with VideoWriter(path, CAMERA.size, 25.0, 0) as video:
+                for _ in range(FRAMES):
+                    video.write(np.full((*CAMERA.size[::-1], 3), 90 + 9 * k, np.uint8))
+        self.cameras = [self.folder / "left.json", self.folder / "right.json"]
+        for path, place in zip(self.cameras, PLACES, strict=True):
+            at = [place.rotation_vector], [place.translation]
+            path.write_text(camera_json(CAMERA, *at))
+        self.points = self.folder / "points.csv"
+        lines = [
+            f"0,{view + 1},{name},{x:.2f},{y:.2f}"
+            for view, places in enumerate(followed().pixels[:, 0])
+            for name, (x, y) in zip(LIPS17, places, strict=True)
+        ]
+        self.points.write_text("\n".join(["frame,view,point,x,y", *lines]))
+        self.pose = self.folder / "pose.csv"
+        self.write_pose()
+
+    def write_pose(self, turn: float = 1.0, shift: float = 1.0) -> None:
+        turned, shifted = turn * HEAD.rotation_vector, shift * HEAD.translation
+        cells = ",".join(map(repr, np.r_[turned, shifted].tolist()))
+        lines = [f"{k},{cells}" for k in range(FRAMES)]
+        self.pose.write_text("\n".join(["frame,rx,ry,rz,tx,ty,tz", *lines]))
+
+    def observe(self) -> int:
+        parts = [*self.videos, "--calibration", *self.cameras, "--points", self.points]
+        parts += ["--pose", self.pose, "-o", self.folder / "o.npz"]
+        return main(["observe", *map(str, parts)])
+
+    def refused(self, capsys: pytest.CaptureFixture[str]) -> str:
+        """The one line with which it is refused."""
+        assert self.observe() == 2
+        assert not (self.folder / "o.npz").exists()
+        *_, line = capsys.readouterr().err.splitlines()
+        assert line.startswith("abs-engine: error: ")
+        return line
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> Files:
+    return Files(tmp_path)
+
+
+@pytest.fixture
+def tracks(monkeypatch: pytest.MonkeyPatch) -> list[Tracks]:
+    """What following the dots is to give; the last one counts."""
+    given = [followed()]
+    monkeypatch.setattr("abs_engine.capture.session.follow_videos", lambda *_, **__: given[-1])
+    return given
+
+
+def test_calibrations_are_in_the_order_of_their_pair(files, capsys):
+    files.cameras.reverse()
+    said = files.refused(capsys)
+    assert "left.json is the first camera of its pair" in said
+    assert "exchange the two" in said
+
+
+def test_a_calibration_is_for_pictures_of_the_videos_size(files, capsys):
+    other = replace(CAMERA, size=(1600, 900))
+    files.cameras[0].write_text(camera_json(other))
+    said = files.refused(capsys)
+    assert "left.json is for pictures of 1600x900 pixels" in said
+    assert "left.mp4 has 640x640" in said
+
+
+def test_a_video_is_not_given_twice(files, capsys):
+    files.videos[1].write_bytes(files.videos[0].read_bytes())
+    assert "right.mp4 are of the same video; give the video of the other" in files.refused(capsys)
+
+
+def test_points_that_count_frames_from_1_are_named(files, capsys):
+    files.points.write_text(files.points.read_text().replace("\n0,", "\n1,"))
+    assert "no place is given for frame 0; frames count from 0" in files.refused(capsys)
+
+
+@pytest.mark.parametrize("name", ["points", "pose"])
+def test_tables_with_semicolons_are_named(files, capsys, name):
+    path = getattr(files, name)
+    path.write_text(path.read_text().replace(",", ";"), encoding="utf-8-sig")
+    said = files.refused(capsys)
+    assert f"{name}.csv has semicolons between its columns; separate columns with commas" in said
+
+
+@pytest.mark.parametrize("name", ["points", "pose"])
+def test_columns_may_have_capitals(files, tracks, name):
+    path = getattr(files, name)
+    first, _, rest = path.read_text().partition("\n")
+    path.write_text(f"{first.title()}\n{rest}")
+    assert files.observe() == 0
+    assert len(tracks) == 1
+
+
+def test_numbers_with_decimal_commas_are_not_read_as_others(files, capsys):
+    files.points.write_text(files.points.read_text().replace(".", ","))
+    assert "line 2: 7 cells under 5 names; use commas only between" in files.refused(capsys)
+
+
+def test_a_pose_in_degrees_is_named(files, capsys):
+    files.write_pose(turn=np.degrees(1.0))
+    said = files.refused(capsys)
+    assert "turns the head by 180 radians in frame 0" in said
+    assert "not degrees" in said
+
+
+def test_a_pose_in_centimetres_is_named(files, tracks, capsys):
+    files.write_pose(shift=0.1)
+    assert "mm from its origin; give poses in radians and mm" in files.refused(capsys)
+
+
+def test_a_rig_that_was_calibrated_in_centimetres_is_named(files, tracks, capsys):
+    for path, place in zip(files.cameras, PLACES, strict=True):
+        path.write_text(camera_json(CAMERA, [place.rotation_vector], [place.translation / 10]))
+    said = files.refused(capsys)
+    assert "mm from end to end; calibrate again with the side of the board's squares" in said
+
+
+def test_left_and_right_exchanged_are_warned_of(files, tracks, capsys):
+    assert files.observe() == 0
+    assert "warning" not in capsys.readouterr().out
+    (files.folder / "o.npz").unlink()
+    tracks.append(replace(tracks[0], names=mirrored_names()))
+    assert files.observe() == 0
+    assert "warning: left and right seem exchanged in the names" in capsys.readouterr().out
+
+
+def test_points_that_are_mostly_not_found_are_warned_of(files, tracks, capsys):
+    pixels = tracks[0].pixels.copy()
+    pixels[0, :, ::2] += [0.0, 40.0]
+    tracks.append(replace(tracks[0], pixels=pixels))
+    assert files.observe() == 0
+    assert "check the order of videos, views and calibrations, and of x" in capsys.readouterr().out
+
+
+def test_a_point_that_views_never_agree_on_is_not_said_to_lack():
+    tracks = followed()
+    tracks.pixels[0, :, LIPS17.index("corner_left")] += [0.0, 40.0]
+    views = [View(CAMERA, place) for place in PLACES]
+    with pytest.raises(TooFewPointsError, match=r"no frame has corner_left within 1\.5 px; check"):
+        points_of_head(tracks, views, HeadChoice(unturned="nose"))
+
+
+def test_the_axes_are_of_a_frame_that_has_their_points():
+    points = np.stack([DOTS, DOTS, DOTS])
+    points[0, LIPS17.index("corner_left")] = np.nan
+    points[1:, -3:-1] = np.nan  # fewer points in all, but the four of the axes
+    motion = head_motion(points, LIPS17, HeadChoice(unturned="nose"))
+    assert motion.found.all()
