@@ -28,7 +28,7 @@ BURNT_OUT = (
 )
 
 NO_LIPS = (
-    "no lips can be told from what is around them (separability: {}): if a mask or a hand is "
+    "no lips can be distinguished from what is around them (separability: {}): if a mask or a hand is "
     "before the mouth all the time, the lips are invented; look at the overlay"
 )
 SAME_COLOUR = (
