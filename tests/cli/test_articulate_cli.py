@@ -316,7 +316,7 @@ def test_a_marker_that_flew_off_is_named_with_its_frame(tmp_path: Path, capsys):
     wild.mkdir()
     words = written(wild, points)
     check_refused(wild, capsys, words, "from where it usually is in frame 10")
-    check_refused(wild, capsys, words, "the point 'p3' lies")
+    check_refused(wild, capsys, words, f"{words[1]}: the point 'p3' lies")
     more = ["--model", str(tmp_path / "model" / "model.npz"), "-o", str(tmp_path / "talk.csv")]
     assert main([*words[:4], *more]) == 0
     assert "warning: in 1 frame the points hardly lie" in (out := capsys.readouterr().out)
