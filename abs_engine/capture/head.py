@@ -46,6 +46,15 @@ class HeadChoice:
     motion: HeadMotion | None = None
     unturned: str | None = None
 
+    @property
+    def needed(self) -> frozenset[str]:
+        """Points that this way needs; by a given pose, none."""
+        if self.motion is not None:
+            return frozenset()
+        axes = () if self.reference is not None else (*AXES, "nose")
+        unturned = () if self.unturned is None else (self.unturned,)
+        return frozenset((*self.rigid, *unturned, *axes))
+
     def check(self, names: Sequence[str]) -> None:
         """Raise unless exactly one way is chosen and its points are among the names.
 

@@ -105,7 +105,7 @@ def correspond(
     ------
     ParameterError
         If there is no such person, or the dots are another's, in another frame or another unit, or
-        the names of two are exchanged.
+        the names of two, or of left and right, are exchanged.
     """
     points, at = shell_points(speaker, shell), lips17(speaker)[: len(LIPS16)]
     mean = np.asarray(seen, np.float64).mean(axis=0)

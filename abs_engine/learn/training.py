@@ -98,7 +98,7 @@ def train(
         If dots were not observed at all, or lost in so many frames that too few are left.
     ParameterError
         If the frames do not span so many modes, there is no such person, the dots are not his, or
-        two of them have each other's place in some frames.
+        two of them, or left and right, have each other's place.
     """
     shell = cut_lip_shell(speaker) if shell is None else shell
     dots = observations.of(LIPS16)

@@ -146,14 +146,15 @@ def _videos(chosen: Chosen, videos: Sequence[Path]) -> Done:
             write_new(chosen.review, write_marks(rows).encode())
         overlay.finish()
     looked_at = f"{len(rows)} of {tracks.scores.size} places should be looked at by a person"
-    return _done(chosen, observed, [*_order(observed), looked_at])
+    return _done(chosen, observed, [*_order(observed, chosen.largest_error), looked_at])
 
 
-def _order(observed: Observations) -> list[str]:
-    """A warning if most points were not found."""
+def _order(observed: Observations, largest_error: float) -> list[str]:
+    """A warning if most points were lost or the views disagree on them, with a head or without."""
     from abs_engine.capture.head_points import ORDER
 
-    if 2 * observed.found.sum() > observed.found.size:
+    agreed = observed.error <= largest_error  # it is NaN where a dot was lost
+    if 2 * agreed.sum() > agreed.size:
         return []
     return [
         "warning: most points were not found, as dots were lost or the views disagree by more than "
