@@ -22,9 +22,10 @@ _VAGUE = 0.03
 _FLAGS = cv2.CALIB_FIX_K3
 """Two radial and two tangential coefficients, which a few pictures can tell."""
 _APART = 0.01
-"""Least distance of two cameras, as a share of that of the board: 0.6 degrees."""
+"""Least distance between two cameras, as a share of the board's: 0.6 degrees. Chosen."""
 _TOGETHER, _SMALL = 5.0, 1.0
-"""Largest error of two cameras together: in errors of the worse one alone, or px."""
+"""Largest error of two cameras together, in errors of the worse one alone, and in px: one of the
+two may be exceeded. Chosen."""
 _TELLING = 3.0
 """Standard deviations from 0 below which tangential coefficients are left out: a long lens hardly
 tells them from a shift of the principal point, which is then twice as uncertain."""

@@ -183,7 +183,8 @@ def _check_names(mean: FloatArray, home: FloatArray) -> None:
         raise ParameterError(
             "left and right seem exchanged in the names of the dots: laid on the average head, the "
             f"mean dots are {own:.1f} mm RMS from its own, and {mirrored:.1f} if they are mirrored",
-            "exchange left and right; if they are right, check the order of cameras and videos",
+            "exchange left and right, or, if the names are right, check the order of cameras and "
+            "videos, and that the axes are right-handed",
         )
     if exchanged[best] < LEARNING.exchanged * own:
         one, other = (LIPS16[k] for k in pairs[best])

@@ -252,10 +252,12 @@ class TestWhoseHead:
             train(replace(SEEN, points=SEEN.points[:, order]), SPEAKER, person, shell=SHELL)
 
     @pytest.mark.parametrize("person", ["clara", None])
-    def test_left_and_right_exchanged_throughout_are_named(self, person):
-        points = SEEN.points * [-1, 1, 1]
-        with pytest.raises(ParameterError, match="left and right seem exchanged in the names"):
-            train(replace(SEEN, points=points), SPEAKER, person, shell=SHELL)
+    @pytest.mark.parametrize("axes", [[-1, 1, 1], [1, 1, -1]])
+    def test_left_and_right_exchanged_throughout_are_named(self, person, axes):
+        dots = replace(SEEN, points=SEEN.points * axes)
+        with pytest.raises(ParameterError, match="left and right seem exchanged") as error:
+            train(dots, SPEAKER, person, shell=SHELL)
+        assert error.value.remedy.endswith("and that the axes are right-handed")
 
     def test_what_is_left_of_somebody_else_goes_into_the_mean(self):
         done = train(SEEN, SPEAKER, shell=SHELL)
