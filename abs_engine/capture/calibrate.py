@@ -144,7 +144,7 @@ def calibrate_stereo(
     ------
     CalibrationError
         If fewer than three pairs have enough corners in common, the pairs do not agree on how the
-        cameras stand, or both stand in one place.
+        cameras stand, or both are in the same place.
     """
     shared = [a.common(b) for a, b in pairs]
     shared = [(a, b) for a, b in shared if len(a.ids) >= 6]
@@ -169,7 +169,7 @@ def calibrate_stereo(
 
 
 def _check_pair(done: StereoCalibration, first: Calibration, second: Calibration) -> None:
-    """Refuse cameras whose pictures are not of the same moments, or that stand in one place."""
+    """Refuse cameras whose pictures are not of the same moments, or that are in the same place."""
     alone = max(first.error, second.error)
     if done.error > max(_TOGETHER * alone, _SMALL):
         raise CalibrationError(
@@ -179,7 +179,7 @@ def _check_pair(done: StereoCalibration, first: Calibration, second: Calibration
         )
     if done.distance < _APART * np.median([p.translation[2] for p in first.poses]):
         raise CalibrationError(
-            f"both cameras stand in one place ({done.distance:.1f} mm apart)",
+            f"both cameras are in the same place ({done.distance:.1f} mm apart)",
             "give each camera's own pictures",
         )
 

@@ -128,7 +128,8 @@ def read_table(
         raise InputFileError(f"{path} is not a CSV file", remedy) from error
     if len(found) < 2:
         raise InputFileError(
-            f"{path} has no line below its column names", "give a line of names, and more below it"
+            f"{path} has no line below its column names",
+            "give a line of column names, and at least one below it",
         )
     (_, heading), *rest = found
     check_separators(path, heading)

@@ -32,8 +32,8 @@ class Training:
     shell : LipShell
     correspondence : Correspondence
     used, tested, untested, left_out : (...,) int
-        Frames that were learned from, complete ones after them, others after them that lack a dot,
-        and those with too few dots.
+        Frames that were learned from, complete ones after them, later ones in which a dot is
+        missing, and those with too few dots.
     jumped : (...,) int
         Frames of which a dot was left out because it jumps, see `believed_dots.believe`.
     incomplete : (...,) int

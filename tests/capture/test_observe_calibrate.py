@@ -95,7 +95,7 @@ def test_two_cameras_come_back():
     mixed = [(a, b) for (a, _), (_, b) in zip(pairs[1:], pairs[2:] + pairs[1:2], strict=True)]
     with pytest.raises(CalibrationError, match="give pictures of the same moments"):
         calibrate_stereo(mixed, one, one)
-    with pytest.raises(CalibrationError, match="both cameras stand in one place"):
+    with pytest.raises(CalibrationError, match="both cameras are in the same place"):
         calibrate_stereo([(a, a) for a, _ in pairs], one, one)
 
 

@@ -120,12 +120,14 @@ def test_a_calibration_is_for_pictures_of_the_videos_size(files, capsys):
 
 def test_a_video_is_not_given_twice(files, capsys):
     files.videos[1].write_bytes(files.videos[0].read_bytes())
-    assert "right.mp4 are of the same video; give the video of the other" in files.refused(capsys)
+    assert "right.mp4 come from the same video; give the other camera's" in files.refused(capsys)
 
 
 def test_points_that_count_frames_from_1_are_named(files, capsys):
     files.points.write_text(files.points.read_text().replace("\n0,", "\n1,"))
-    assert "no place is given for frame 0; frames count from 0" in files.refused(capsys)
+    assert "no place is given for frame 0 (frames count from 0); give every dot" in files.refused(
+        capsys
+    )
 
 
 @pytest.mark.parametrize("name", ["points", "pose"])

@@ -349,7 +349,7 @@ class TestCommand:
     def test_all_frames_are_accounted_for(self):
         done = train(lost(SEEN, [141, 145], 3), SPEAKER, "clara", shell=SHELL)
         assert done.untested.tolist() == [141, 145]
-        said = "8 left for testing, 2 more that lack a dot and are not tested, 0 left out"
+        said = "8 left for testing, 2 more not tested, as a dot is missing, 0 left out"
         assert said in report_lines(done)[1]
 
     def test_it_writes_a_model_and_says_what_it_learned(self, tmp_path: Path, capsys):

@@ -157,8 +157,8 @@ def _order(observed: Observations, largest_error: float) -> list[str]:
     if 2 * agreed.sum() > agreed.size:
         return []
     return [
-        "warning: most points were not found, as dots were lost or the views disagree by more than "
-        f"--largest-error: check {ORDER}"
+        "warning: most points were not found, because dots were lost or the views disagree by more "
+        f"than --largest-error: check {ORDER}"
     ]
 
 
@@ -185,10 +185,10 @@ def _views(files: Sequence[Path], videos: Sequence[Path]) -> list[View]:
                 ),
                 "calibrate with pictures of the video's size",
             )
-    check_distinct([(video, video) for video in videos], "give the video of the other camera, too")
+    check_distinct([(video, video) for video in videos], "give the other camera's video")
     if [one.at_origin for one in placed] == [False, True]:
         raise ParameterError(
-            f"{files[1]} is the first camera of its pair, {files[0]} comes before it",
+            f"{files[1]} is the first camera of its pair, but {files[0]} was given before it",
             "exchange the two, and give videos and views in the same order",
         )
     views = [View(one.camera, one.pose(0)) for one in placed]
@@ -256,7 +256,7 @@ def _done(chosen: Chosen, observed: Observations, more: Sequence[str] = ()) -> D
 
 
 def _doubts(observed: Observations) -> list[str]:
-    """A warning if the dots are no lips in the head frame, as 'train' then refuses them."""
+    """A warning if the dots do not lie as those of lips do: 'train' would refuse them."""
     import numpy as np
 
     from abs_engine.capture.dot_annotations import LIPS16
