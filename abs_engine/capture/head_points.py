@@ -61,12 +61,8 @@ def points_of_head(
     try:
         motion = head_motion(world, tracks.names, head)
     except TooFewPointsError as error:
-        seen, kept = made.known.any(axis=0), agreed.any(axis=0)
-        dropped = [
-            name
-            for k, name in enumerate(tracks.names)
-            if seen[k] and not kept[k] and name in head.needed
-        ]
+        never = np.asarray(made.known.any(axis=0) & ~agreed.any(axis=0))
+        dropped = [n for n, so in zip(tracks.names, never, strict=True) if so and n in head.needed]
         if not dropped:
             raise
         raise TooFewPointsError(
