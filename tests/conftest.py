@@ -21,17 +21,17 @@ FIRST = (
     "report/test_demo.py",
     "studio/test_studio_scene.py",
     "package/test_leaves.py",
-    "evaluate/test_check.py",
     "package/test_packaging.py",
     "tracking/test_speaker.py",
     "package/test_docs.py",
+    "report/test_report_browser.py",
+    "tracking/test_track_api.py",
     "fit/test_track_fit.py",
     "clips/test_many_clips.py",
-    "tracking/test_external_poses.py",
-    "cli/test_articulate_cli.py",
     "studio/test_speech_articulation.py",
-    "evaluate/test_bench.py",
-    "fit/test_shell_fit.py",
+    "live/test_live_session.py",
+    "cli/test_articulate_cli.py",
+    "evaluate/test_check.py",
 )
 """The files that take longest, in the order in which they are begun.
 
