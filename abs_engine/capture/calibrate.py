@@ -25,8 +25,8 @@ _APART = 0.01
 """Least distance between two cameras, as a share of the board's: 0.6 degrees. Chosen."""
 _TOGETHER, _SMALL = 5.0, 1 / 640
 """Largest error of two cameras together, in errors of the worse one alone, or as a share of the
-picture's longer side, whichever is more. Chosen: in twelve drawn pairs, two that are exchanged make ten times
-that share, and a board that moves by 0.5 mm along each axis between both pictures two thirds."""
+picture's longer side, whichever is more. Chosen: in twelve drawn pairs, two that are exchanged make
+ten times that share, and a board that moves by 0.5 mm between both pictures two thirds of it."""
 _TELLING = 3.0
 """Standard deviations from 0 below which tangential coefficients are left out: a long lens hardly
 tells them from a shift of the principal point, which is then twice as uncertain."""
