@@ -12,7 +12,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 
 _WILD = 150.0
-"""mm from its median place at which no point of a face can be. Chosen: a chin moves by 50."""
+"""mm from its median place at which no point of a face can be. Chosen: a chin moves by 50 mm."""
 _BEHIND = -10.0
 """mm in front of the upper front teeth's edge that lips lie at least. Chosen: usual 2 to 12."""
 
@@ -32,10 +32,9 @@ def check_wild(recording: RecordedPoints, used: Sequence[int], names: Collection
         if away.max() > _WILD:
             frame = recording.first + int(frames[there[away.argmax()]])
             raise ParameterError(
-                f"the point '{name}' lies {away.max():.0f} mm from where it usually is in frame "
-                f"{frame}",
-                "correct it, or leave its place empty there; if the head moves, name the upper "
-                "teeth",
+                f"in frame {frame}, the point '{name}' lies {away.max():.0f} mm from its usual "
+                "place",
+                "correct it, or leave it empty there; if the head moves, name the upper teeth",
             )
 
 

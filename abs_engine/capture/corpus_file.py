@@ -220,9 +220,9 @@ def _assembled(path: Path, recording: RecordedPoints, table: CorpusTable) -> Cor
                 "name another frame",
             )
         recording = _on_bite_plane(recording, marks, used)
-    check_wild(recording, used, {name for group in table.groups.values() for name in group})
     shown = np.stack([_mean(recording.points[start : end + 1]) for start, end in spans.values()])
     try:
+        check_wild(recording, used, {name for group in table.groups.values() for name in group})
         check_size(shown)
         made = Corpus(shown, names, tuple(spans), table.groups, source=path.name)
         check_lips(made)

@@ -125,7 +125,7 @@ def initial_places(marks: Sequence[Mark], views: int) -> tuple[tuple[str, ...], 
     Raises
     ------
     TooFewPointsError
-        If there is none of frame 0, or a needed dot, or a dot of another view, has no place in one
+        If no mark is in frame 0, or a needed dot, or a dot of another view, has no place in one
         of the views.
     ModelFormatError
         If a mark is in a view that there is not, or a dot is given twice.
@@ -133,7 +133,7 @@ def initial_places(marks: Sequence[Mark], views: int) -> tuple[tuple[str, ...], 
     first = [m for m in marks if m.frame == 0]
     if not first:
         raise TooFewPointsError(
-            "no place is given for frame 0; frames count from 0",
+            "no place is given for frame 0 (frames count from 0)",
             "give every dot in every view in frame 0",
         )
     needed = needed_among(m.point for m in first)

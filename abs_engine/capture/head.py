@@ -46,6 +46,15 @@ class HeadChoice:
     motion: HeadMotion | None = None
     unturned: str | None = None
 
+    @property
+    def needed(self) -> frozenset[str]:
+        """Points that this way needs; by a given pose, none."""
+        if self.motion is not None:
+            return frozenset()
+        axes = () if self.reference is not None else (*AXES, "nose")
+        unturned = () if self.unturned is None else (self.unturned,)
+        return frozenset((*self.rigid, *unturned, *axes))
+
     def check(self, names: Sequence[str]) -> None:
         """Raise unless exactly one way is chosen and its points are among the names.
 
@@ -128,7 +137,7 @@ def head_motion(points: FloatArray, names: Sequence[str], choice: HeadChoice) ->
 
 
 def _check_near(placed: FloatArray) -> None:
-    """Refuse points (T, N, 3), mm, most of which are not on the head in whose frame they are."""
+    """Refuse points (T, N, 3), mm, head frame, most of which lie too far off to be on the head."""
     away = np.linalg.norm(placed, axis=2)
     away = away[np.isfinite(away)]
     if len(away) and np.median(away) > _FARTHEST:
@@ -140,7 +149,7 @@ def _check_near(placed: FloatArray) -> None:
 
 
 def _whole(points: FloatArray, names: Sequence[str]) -> int:
-    """The first of the frames with most points, of those with the mouth's axes if there are any."""
+    """The frame with most points, if possible one with the dots of the mouth's axes."""
     there = np.asarray(np.isfinite(points).all(axis=2))
     needed = [k for k, name in enumerate(names) if name in AXES]
     return int((there.sum(axis=1) + len(names) * there[:, needed].all(axis=1)).argmax())

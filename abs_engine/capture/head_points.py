@@ -61,12 +61,13 @@ def points_of_head(
     try:
         motion = head_motion(world, tracks.names, head)
     except TooFewPointsError as error:
-        dropped = np.flatnonzero(made.known.any(axis=0) & ~agreed.any(axis=0))
-        if not len(dropped):
+        never = np.asarray(made.known.any(axis=0) & ~agreed.any(axis=0))
+        dropped = [n for n, so in zip(tracks.names, never, strict=True) if so and n in head.needed]
+        if not dropped:
             raise
-        lacking = listed([tracks.names[k] for k in dropped])
         raise TooFewPointsError(
-            f"no frame has {lacking} within {largest_error:g} px", f"check {ORDER}"
+            f"the views agree within {largest_error:g} px in no frame on {listed(dropped)}",
+            f"check {ORDER}",
         ) from error
     points = motion.to_head(world)
     found = np.asarray(agreed & motion.found[:, None])

@@ -48,8 +48,8 @@ def read_head_poses(path: Path, frames: int) -> HeadMotion:
     if np.any(turns > 2 * np.pi):
         frame = int((turns > 2 * np.pi).argmax())
         raise InputFileError(
-            f"{path} turns the head by {turns[frame]:.0f} radians in frame {frame}, more than once "
-            "around",
+            f"{path} turns the head by {turns[frame]:.0f} radians in frame {frame}, more than a "
+            "full turn",
             "give rotation vectors in radians, not degrees",
         )
     return HeadMotion(out[:, :3], out[:, 3:], np.where(np.isnan(out[:, 0]), np.nan, 0.0))

@@ -160,8 +160,8 @@ def mouth_axes(points: FloatArray, names: Sequence[str]) -> FloatArray:
         at[name] = points[list(names).index(name)]
         if not np.isfinite(at[name]).all():
             raise TooFewPointsError(
-                f"the axes of the head need '{name}', which no frame has with the others",
-                "correct it in one frame, or give a reference of the rigid points",
+                f"the axes of the head need '{name}', which is in no frame with the others",
+                "mark it in one such frame, or give a reference of the rigid points",
             )
     x = at["corner_left"] - at["corner_right"]
     y = at["upper_outer_2"] - at["lower_outer_2"]

@@ -12,6 +12,9 @@ from abs_engine.core.errors import InputFileError
 from abs_engine.io.csv_table import check_separators
 from abs_engine.io.inputs import to_number
 
+_OWN = ("frame", "time", "point", "x", "y", "z")
+"""Columns that are not named for a marker; capitals do not matter in them."""
+
 
 def read_cells(path: Path) -> tuple[list[str], FloatArray]:
     """Column names, and numbers (T, columns) with NaN for empty cells.
@@ -69,7 +72,8 @@ def _header(path: Path, row: list[str]) -> list[str]:
             f"{path} has no column names in its first line",
             "add them, such as frame,point,x,y,z",
         )
-    return [name.strip() for name in row]
+    names = [name.strip() for name in row]
+    return [name.lower() if name.lower() in _OWN else name for name in names]
 
 
 def _is_number(cell: str) -> bool:

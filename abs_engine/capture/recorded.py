@@ -55,7 +55,7 @@ def refuse_infinite(path: Path, names: Sequence[str], points: FloatArray) -> Non
 def check_size(points: FloatArray, remedy: str = "") -> None:
     """Raise `ParameterError` if a face's points (T, N, 3), mm, extend too little in every frame.
 
-    Points in cm or m do, if the file does not state the unit; `remedy` is for those of no file.
+    Points in cm or m do, if the file does not state the unit; `remedy` says what to do instead.
     """
     there = np.asarray(np.isfinite(points).all(axis=2), np.bool_)
     low, high = (

@@ -33,7 +33,7 @@ def check_distinct(videos: Sequence[tuple[Path, Path]], remedy: str = "give it o
     for given, video in videos:
         content = digest(video)
         if content in known:
-            raise ParameterError(f"{known[content]} and {given} are of the same video", remedy)
+            raise ParameterError(f"{known[content]} and {given} come from the same video", remedy)
         known[content] = given
 
 

@@ -39,7 +39,7 @@ class Unknown:
     share : float
         And so much of the measure's size.
     most : float
-        But by its size no more than this, in the measure's unit.
+        Most that its size adds, in the measure's unit.
     """
 
     factor: float = 1.0

@@ -12,11 +12,13 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError
+from abs_engine.core.words import counted
 from abs_engine.io.inputs import check_file, to_number
 
 EVALUATE_HELP = "see 'abs-engine evaluate --help'"
 _SEPARATORS = {";": "semicolons", "\t": "tabs"}
 _COMMAS = "use commas only between columns, and decimal points in numbers"
+_CELLS = "give a cell for every name, empty where nothing is known"
 
 
 @dataclass(frozen=True)
@@ -46,10 +48,10 @@ class Table:
     def cells(self) -> Iterator[tuple[int, dict[str, str]]]:
         """Each row's line number, and its cells by column, without spaces around them."""
         for line, row in zip(self.lines, self.rows, strict=True):
-            yield line, dict(zip(self.columns, (cell.strip() for cell in row), strict=True))
+            yield line, {name: row[place].strip() for name, place in self.columns.items()}
 
     def numbers(self, names: Iterable[str], *, gaps: bool = False) -> FloatArray:
-        """Columns as numbers, (rows, columns); NaN where a cell is empty, with `gaps` or says so.
+        """Columns as numbers, (rows, columns); NaN where a cell is empty or, with `gaps`, says so.
 
         Raises
         ------
@@ -71,7 +73,7 @@ class Table:
             shown = " ".join(cell.split())[:60]
             raise InputFileError(
                 f"{self.path}, line {line}: '{shown}' in column {name} is not a number",
-                "leave the cells of lost frames empty",
+                "give a number, or leave the cell empty",
             ) from error
 
     def require(self, names: Iterable[str], remedy: str = EVALUATE_HELP) -> None:
@@ -102,21 +104,21 @@ def read_table(
         default they are left out, as spreadsheets end with such lines. Lines without a cell
         always are.
     small : bool
-        Take the columns' names in small letters, however they are written.
+        Read the columns' names in small letters, however they are written.
     remedy : str
         What to do about a file that is not text.
 
     Raises
     ------
     InputFileError
-        If it is missing, no text, empty, names a column twice, has something else than commas
+        If it is missing, no text, empty, names a column twice, has something other than commas
         between columns, or a line has too few or too many cells.
     """
     path = Path(path)
     check_file(path)
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file)
+            reader = csv.reader(file, skipinitialspace=True)
             found = [(reader.line_num, row) for row in reader if _counts(row, empty_lines)]
     except OSError as error:
         raise InputFileError(
@@ -126,7 +128,8 @@ def read_table(
         raise InputFileError(f"{path} is not a CSV file", remedy) from error
     if len(found) < 2:
         raise InputFileError(
-            f"{path} has no line below its column names", "give a line of names, and more below it"
+            f"{path} has no line below its column names",
+            "give a line of column names, and at least one below it",
         )
     (_, heading), *rest = found
     check_separators(path, heading)
@@ -137,15 +140,16 @@ def read_table(
     for line, row in rest:
         if len(row) != len(names):
             raise InputFileError(
-                f"{path}, line {line}: {len(row)} cells under {len(names)} names",
-                _COMMAS,
+                f"{path}, line {line}: {counted(len(row), 'cell')} under "
+                f"{counted(len(names), 'name')}",
+                _COMMAS if len(row) > len(names) else _CELLS,
             )
     columns = {name: k for k, name in enumerate(names)}
     return Table(path, columns, [row for _, row in rest], [line for line, _ in rest])
 
 
 def check_separators(path: Path, heading: Sequence[str]) -> None:
-    """Raise `InputFileError` for a first line with something else than commas between columns."""
+    """Raise `InputFileError` for a first line with something other than commas between columns."""
     found = [word for mark, word in _SEPARATORS.items() if len(heading) == 1 and mark in heading[0]]
     if found:
         raise InputFileError(

@@ -105,7 +105,7 @@ def correspond(
     ------
     ParameterError
         If there is no such person, or the dots are another's, in another frame or another unit, or
-        the names of two are exchanged.
+        the names of two, or of left and right, are exchanged.
     """
     points, at = shell_points(speaker, shell), lips17(speaker)[: len(LIPS16)]
     mean = np.asarray(seen, np.float64).mean(axis=0)
@@ -183,7 +183,8 @@ def _check_names(mean: FloatArray, home: FloatArray) -> None:
         raise ParameterError(
             "left and right seem exchanged in the names of the dots: laid on the average head, the "
             f"mean dots are {own:.1f} mm RMS from its own, and {mirrored:.1f} if they are mirrored",
-            "exchange left and right; if they are right, check the order of cameras and videos",
+            "exchange left and right, or, if the names are right, check the order of cameras and "
+            "videos, and that the axes are right-handed",
         )
     if exchanged[best] < LEARNING.exchanged * own:
         one, other = (LIPS16[k] for k in pairs[best])

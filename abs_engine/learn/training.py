@@ -32,8 +32,8 @@ class Training:
     shell : LipShell
     correspondence : Correspondence
     used, tested, untested, left_out : (...,) int
-        Frames that were learned from, complete ones after them, others after them that lack a dot,
-        and those with too few dots.
+        Frames that were learned from, complete ones after them, later ones in which a dot is
+        missing, and those with too few dots.
     jumped : (...,) int
         Frames of which a dot was left out because it jumps, see `believed_dots.believe`.
     incomplete : (...,) int
@@ -98,7 +98,7 @@ def train(
         If dots were not observed at all, or lost in so many frames that too few are left.
     ParameterError
         If the frames do not span so many modes, there is no such person, the dots are not his, or
-        two of them have each other's place in some frames.
+        two of them, or left and right, have each other's place.
     """
     shell = cut_lip_shell(speaker) if shell is None else shell
     dots = observations.of(LIPS16)

@@ -81,8 +81,8 @@ class UsualLook:
     """Usual look of the mouth in a clip: lower quartiles over some frames.
 
     Lips that nearly have the skin's colour look like a mouth where they part, less where they meet.
-    Where the lower quartiles would be hidden beside the medians, and there is less skin around the
-    mouth, too, something is before it in more than a quarter of the frames: the medians are usual.
+    Where lower quartiles with less skin around the mouth would count as hidden beside the medians,
+    something hides it in more than a quarter of the frames: the medians are usual.
     """
 
     inside: float
@@ -97,9 +97,9 @@ class UsualLook:
             return None
         each = [(look.inside, look.around, look.lips) for look in there]
         low, middle = np.quantile(each, (FRAME_LOOP.usual_look, 0.5), axis=0)
-        usual, rather = cls(*map(float, middle)), MouthLook(*map(float, low))
-        beside = rather.around < FRAME_LOOP.usual_around * usual.around
-        return usual if beside and usual.hidden(rather) else cls(*map(float, low))
+        lower, median = MouthLook(*map(float, low)), cls(*map(float, middle))
+        less_skin = lower.around < FRAME_LOOP.usual_around * median.around
+        return median if less_skin and median.hidden(lower) else cls(*map(float, low))
 
     def hidden(self, now: MouthLook) -> bool:
         """Whether something is before the mouth."""

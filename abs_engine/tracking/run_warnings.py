@@ -29,7 +29,7 @@ BURNT_OUT = (
 
 NO_LIPS = (
     "no lips can be distinguished from what is around them (separability: {}): if a mask or a hand "
-    "is before the mouth all the time, the lips are invented; look at the overlay"
+    "hides the mouth throughout, the lips are invented; look at the overlay"
 )
 SAME_COLOUR = (
     "lips and skin have nearly the same colour here (separability: {}); the result rests more on "

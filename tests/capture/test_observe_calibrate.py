@@ -95,8 +95,24 @@ def test_two_cameras_come_back():
     mixed = [(a, b) for (a, _), (_, b) in zip(pairs[1:], pairs[2:] + pairs[1:2], strict=True)]
     with pytest.raises(CalibrationError, match="give pictures of the same moments"):
         calibrate_stereo(mixed, one, one)
-    with pytest.raises(CalibrationError, match="both cameras stand in one place"):
+    with pytest.raises(CalibrationError, match="both cameras are in the same place"):
         calibrate_stereo([(a, a) for a, _ in pairs], one, one)
+
+
+def test_a_board_that_hardly_moves_between_both_pictures_is_fine_at_any_size():
+    small, (_, second) = two_cameras()
+    matrix = np.diag([4.0, 4.0, 1.0]) @ small.matrix
+    camera = Camera(matrix, (2560, 2560), small.distortion)
+    poses, rng = board_poses(before_cameras(), 6), np.random.default_rng(0)
+    moved = [Pose(p.rotation, p.translation + rng.normal(0, 0.5, 3)) for p in poses]
+    pairs = [
+        (found_by(BOARD, p, camera, k), found_by(BOARD, seen_from(second, q), camera, 50 + k))
+        for k, (p, q) in enumerate(zip(poses, moved, strict=True))
+    ]
+    one = Calibration(camera, 0.07, 1.0, 1.0, tuple(poses))
+    done = calibrate_stereo(pairs, one, one)
+    assert done.error > 1
+    assert done.distance == pytest.approx(np.linalg.norm(second.translation), rel=0.02)
 
 
 def test_a_mirror_comes_back_from_boards_and_their_images():

@@ -120,12 +120,14 @@ def test_a_calibration_is_for_pictures_of_the_videos_size(files, capsys):
 
 def test_a_video_is_not_given_twice(files, capsys):
     files.videos[1].write_bytes(files.videos[0].read_bytes())
-    assert "right.mp4 are of the same video; give the video of the other" in files.refused(capsys)
+    assert "right.mp4 come from the same video; give the other camera's" in files.refused(capsys)
 
 
 def test_points_that_count_frames_from_1_are_named(files, capsys):
     files.points.write_text(files.points.read_text().replace("\n0,", "\n1,"))
-    assert "no place is given for frame 0; frames count from 0" in files.refused(capsys)
+    assert "no place is given for frame 0 (frames count from 0); give every dot" in files.refused(
+        capsys
+    )
 
 
 @pytest.mark.parametrize("name", ["points", "pose"])
@@ -190,8 +192,40 @@ def test_a_point_that_views_never_agree_on_is_not_said_to_lack():
     tracks = followed()
     tracks.pixels[0, :, LIPS17.index("corner_left")] += [0.0, 40.0]
     views = [View(CAMERA, place) for place in PLACES]
-    with pytest.raises(TooFewPointsError, match=r"no frame has corner_left within 1\.5 px; check"):
+    with pytest.raises(
+        TooFewPointsError, match=r"within 1\.5 px in no frame on corner_left; check"
+    ):
         points_of_head(tracks, views, HeadChoice(unturned="nose"))
+
+
+def test_a_point_that_was_lost_is_named_and_not_another_that_views_disagree_on():
+    tracks = followed()
+    tracks.pixels[0, :, LIPS17.index("upper_outer_1")] += [0.0, 40.0]
+    tracks.pixels[:, :, LIPS17.index("corner_left")] = np.nan
+    views = [View(CAMERA, place) for place in PLACES]
+    with pytest.raises(TooFewPointsError, match="the axes of the head need 'corner_left', which"):
+        points_of_head(tracks, views, HeadChoice(unturned="nose"))
+
+
+def test_frames_without_a_pose_are_not_blamed_on_the_order(files, tracks, capsys):
+    first, given, *others = files.pose.read_text().splitlines()
+    gaps = [f"{line.partition(',')[0]},,,,,," for line in others]
+    files.pose.write_text("\n".join([first, given, *gaps]))
+    assert files.observe() == 0
+    said = capsys.readouterr().out
+    assert "2 frames without the head" in said
+    assert "warning" not in said
+
+
+def test_columns_without_a_name_are_as_if_they_were_not_there(files, tracks):
+    lines = files.points.read_text().splitlines()
+    files.points.write_text("\n".join(f"{line},," for line in lines))
+    assert files.observe() == 0
+
+
+def test_a_line_with_too_few_cells_is_named(files, capsys):
+    files.points.write_text(files.points.read_text() + "\n1,1,nose")
+    assert "3 cells under 5 names; give a cell for every name, empty" in files.refused(capsys)
 
 
 def test_the_axes_are_of_a_frame_that_has_their_points():

@@ -41,7 +41,7 @@ def test_without_columns_of_poses_all_are_estimated(tmp_path):
     [
         ("picture,viseme\na.png,epe\n", "line 2: there is no viseme 'epe'"),
         ("picture,viseme\nb.png,a\n", "line 2: there is no picture 'b.png'"),
-        ("picture,viseme\n", "give a line of names"),
+        ("picture,viseme\n", "give a line of column names"),
         ("picture,sound\na.png,a\n", "lacks the columns viseme"),
         ("picture,viseme,rx\na.png,a,1\n", "lacks the columns ry"),
         (POSES + "a.png,a,1,2,3,4,,6\n", "line 2: a part of the pose is missing"),

@@ -305,7 +305,7 @@ def test_points_elsewhere_than_the_model_s_are_warned_of(tmp_path: Path, capsys)
     assert main(words) == 0
     more = ["--model", str(tmp_path / "model" / "model.npz"), "-o", str(tmp_path / "talk.csv")]
     assert main([*words[:2], *more]) == 0
-    assert "warning: the points hardly lie where the model's do" in capsys.readouterr().out
+    assert "warning: the points lie far from the model's: name" in capsys.readouterr().out
 
 
 def test_a_marker_that_flew_off_is_named_with_its_frame(tmp_path: Path, capsys):
@@ -315,11 +315,11 @@ def test_a_marker_that_flew_off_is_named_with_its_frame(tmp_path: Path, capsys):
     wild = tmp_path / "wild"
     wild.mkdir()
     words = written(wild, points)
-    check_refused(wild, capsys, words, "from where it usually is in frame 10")
-    check_refused(wild, capsys, words, "the point 'p3' lies")
+    check_refused(wild, capsys, words, ": in frame 10, the point 'p3' lies 1")
+    check_refused(wild, capsys, words, f"{words[1]}: in frame 10")
     more = ["--model", str(tmp_path / "model" / "model.npz"), "-o", str(tmp_path / "talk.csv")]
     assert main([*words[:4], *more]) == 0
-    assert "warning: in 1 frame the points hardly lie" in (out := capsys.readouterr().out)
+    assert "warning: in 1 frame the points lie far" in (out := capsys.readouterr().out)
     assert "10 (p3)" in out
 
 

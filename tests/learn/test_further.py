@@ -198,7 +198,7 @@ class TestAdd:
             str(folder / "few"): "in 3 frames",
             str(folder / "none"): "none",
             str(folder / "worn"): "tracked without colours, as with --worn",
-            f"{folder / 'front'},{folder / 'front'}": "are of the same video",
+            f"{folder / 'front'},{folder / 'front'}": "come from the same video",
             ",": "names no run",
         }
         for runs, told in cases.items():

@@ -252,10 +252,12 @@ class TestWhoseHead:
             train(replace(SEEN, points=SEEN.points[:, order]), SPEAKER, person, shell=SHELL)
 
     @pytest.mark.parametrize("person", ["clara", None])
-    def test_left_and_right_exchanged_throughout_are_named(self, person):
-        points = SEEN.points * [-1, 1, 1]
-        with pytest.raises(ParameterError, match="left and right seem exchanged in the names"):
-            train(replace(SEEN, points=points), SPEAKER, person, shell=SHELL)
+    @pytest.mark.parametrize("axes", [[-1, 1, 1], [1, 1, -1]])
+    def test_left_and_right_exchanged_throughout_are_named(self, person, axes):
+        dots = replace(SEEN, points=SEEN.points * axes)
+        with pytest.raises(ParameterError, match="left and right seem exchanged") as error:
+            train(dots, SPEAKER, person, shell=SHELL)
+        assert error.value.remedy.endswith("and that the axes are right-handed")
 
     def test_what_is_left_of_somebody_else_goes_into_the_mean(self):
         done = train(SEEN, SPEAKER, shell=SHELL)
@@ -347,7 +349,7 @@ class TestCommand:
     def test_all_frames_are_accounted_for(self):
         done = train(lost(SEEN, [141, 145], 3), SPEAKER, "clara", shell=SHELL)
         assert done.untested.tolist() == [141, 145]
-        said = "8 left for testing, 2 more that lack a dot and are not tested, 0 left out"
+        said = "8 left for testing, 2 more not tested, as a dot is missing, 0 left out"
         assert said in report_lines(done)[1]
 
     def test_it_writes_a_model_and_says_what_it_learned(self, tmp_path: Path, capsys):

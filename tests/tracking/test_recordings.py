@@ -117,7 +117,7 @@ def test_a_video_that_comes_twice_is_refused(tmp_path):
     one.write_bytes(b"pictures")
     other.write_bytes(b"others")
     check_distinct([(one, one), (run, other)])
-    with pytest.raises(ParameterError, match=r"one\.mp4 and .*run are of the same video"):
+    with pytest.raises(ParameterError, match=r"one\.mp4 and .*run come from the same video"):
         check_distinct([(one, one), (other, other), (run, one)])
 
 
@@ -125,7 +125,7 @@ def test_speaker_refuses_a_video_that_is_typed_twice(tmp_path, capsys):
     one, other = (write_kind(tmp_path / f"{n}.mp4", "libx264", noise(2, seed=n)) for n in (1, 2))
     out = tmp_path / "me.face"
     assert main(["speaker", *map(str, (one, one, other)), "-o", str(out)]) == 2
-    assert f"{one} and {one} are of the same video; give it once" in capsys.readouterr().err
+    assert f"{one} and {one} come from the same video; give it once" in capsys.readouterr().err
     assert not out.exists()
 
 
@@ -137,7 +137,7 @@ def test_videos_of_one_size_are_asked_for(tmp_path):
     assert check_videos([(small, small)]) == (96, 80)
     with pytest.raises(ParameterError, match=r"b\.mp4 has 128x96 pixels, .*a\.mp4 96x80"):
         check_videos([(small, small), (tmp_path / "run", large)])
-    with pytest.raises(ParameterError, match="are of the same video"):
+    with pytest.raises(ParameterError, match="come from the same video"):
         check_videos([(small, small), (tmp_path / "run", small)])
 
 
@@ -257,7 +257,7 @@ def test_a_face_is_not_learned_from_a_video_and_its_copy(tmp_path):
     other = tmp_path / "other.mp4"
     other.write_bytes(one.read_bytes())
     given = [replace(recording(), path=path, video=path) for path in (one, other)]
-    with pytest.raises(ParameterError, match="are of the same video"):
+    with pytest.raises(ParameterError, match="come from the same video"):
         learn_speaker(given, CpuRenderer())
 
 

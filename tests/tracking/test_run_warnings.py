@@ -44,7 +44,7 @@ def test_lips_of_the_skins_colour_are_told_each():
 
 def test_lips_that_nothing_shows_may_be_hidden_all_the_time():
     (line,) = doubts(NONE, NONE, {"upper_lip": 0.49, "lower_lip": 0.61})
-    assert "if a mask or a hand is before the mouth" in line
+    assert "if a mask or a hand hides the mouth throughout" in line
     assert "upper lip 49%, lower lip 61%" in line
 
 

@@ -146,18 +146,19 @@ def _videos(chosen: Chosen, videos: Sequence[Path]) -> Done:
             write_new(chosen.review, write_marks(rows).encode())
         overlay.finish()
     looked_at = f"{len(rows)} of {tracks.scores.size} places should be looked at by a person"
-    return _done(chosen, observed, [*_order(observed), looked_at])
+    return _done(chosen, observed, [*_order(observed, chosen.largest_error), looked_at])
 
 
-def _order(observed: Observations) -> list[str]:
-    """A warning if most points were not found."""
+def _order(observed: Observations, largest_error: float) -> list[str]:
+    """A warning if most points were lost or the views disagree on them, with a head or without."""
     from abs_engine.capture.head_points import ORDER
 
-    if 2 * observed.found.sum() > observed.found.size:
+    agreed = observed.error <= largest_error  # it is NaN where a dot was lost
+    if 2 * agreed.sum() > agreed.size:
         return []
     return [
-        "warning: most points were not found, as dots were lost or the views disagree by more than "
-        f"--largest-error: check {ORDER}"
+        "warning: most points were not found, because dots were lost or the views disagree by more "
+        f"than --largest-error: check {ORDER}"
     ]
 
 
@@ -184,10 +185,10 @@ def _views(files: Sequence[Path], videos: Sequence[Path]) -> list[View]:
                 ),
                 "calibrate with pictures of the video's size",
             )
-    check_distinct([(video, video) for video in videos], "give the video of the other camera, too")
+    check_distinct([(video, video) for video in videos], "give the other camera's video")
     if [one.at_origin for one in placed] == [False, True]:
         raise ParameterError(
-            f"{files[1]} is the first camera of its pair, {files[0]} comes before it",
+            f"{files[1]} is the first camera of its pair, but {files[0]} was given before it",
             "exchange the two, and give videos and views in the same order",
         )
     views = [View(one.camera, one.pose(0)) for one in placed]
@@ -255,7 +256,7 @@ def _done(chosen: Chosen, observed: Observations, more: Sequence[str] = ()) -> D
 
 
 def _doubts(observed: Observations) -> list[str]:
-    """A warning if the dots are no lips in the head frame, as 'train' then refuses them."""
+    """A warning if the dots do not lie as those of lips do: 'train' would refuse them."""
     import numpy as np
 
     from abs_engine.capture.dot_annotations import LIPS16

@@ -122,7 +122,7 @@ def report_lines(done: Training) -> list[str]:
     lines = [
         f"correspondence: {done.correspondence.how}",
         f"{len(done.used)} frames learned from, {len(done.tested)} left for testing, "
-        + (f"{lacking} more that lack a dot and are not tested, " if lacking else "")
+        + (f"{lacking} more not tested, as a dot is missing, " if lacking else "")
         + f"{len(done.left_out)} left out{_named(done.left_out, ', as too few dots were found')}",
         f"noise: {physics.noise:.3f} mm for each coordinate of a dot, beyond the modes",
         "variance held by the first modes: "

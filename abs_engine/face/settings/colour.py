@@ -16,9 +16,9 @@ class ColourSettings:
     plain : float, separability
         From which on colours say all that they can. Not measured.
     no_lips : float, separability
-        Of either lip, below which it is doubtful that the picture shows lips at all. Measured: the
-        better lip has 0.50 to 0.61 in four clips of a face behind a mask or a hand throughout, and
-        0.77 or more in the clips of 16 strangers and eight of GRID.
+        Of the better lip, below which it is doubtful that the picture shows lips at all. Measured:
+        it has 0.50 to 0.61 in four clips of a face behind a mask or a hand throughout, and 0.77 or
+        more in the clips of 16 strangers and eight of GRID.
     least_weight : float, share
         Of their likelihood that colours count in any case: where classes are wrong, they are all
         the surer of it. Chosen from 0.08, 0.1 and 0.2 on altered clips of p04 of the strangers, as

@@ -106,14 +106,14 @@ def applied_lines(done: Applied) -> list[str]:
     far = np.flatnonzero(done.error > _FAR)
     if np.median(error) > _FAR:
         lines.append(
-            "warning: the points hardly lie where the model's do: give the upper teeth by --roles, "
-            "or the --unit; or they are another speaker's"
+            "warning: the points lie far from the model's: name the upper teeth in --roles, or "
+            "give --unit; or they are another speaker's"
         )
     elif len(far):
         named = [f"{done.first + k} ({done.farthest[k]})" for k in far.tolist()]
         lines.append(
-            f"warning: in {counted(len(far), 'frame')} the points hardly lie where the model's do; "
-            f"check the markers there, of which the farthest are named: {_some(named)}"
+            f"warning: in {counted(len(far), 'frame')} the points lie far from the model's; check "
+            f"the markers there (the farthest is named): {_some(named)}"
         )
     if done.lacking:
         lines.append(f"{_points(done.lacking)} of the model not recorded: {_some(done.lacking)}")

@@ -39,12 +39,13 @@ class FrameSettings:
         of GRID (bbaf2n) behind four made-up hands and cloths, where the most is 0.48. Measured on
         p09 to p16, 0.70, and on another clip (lrwp9a) behind such a hand, 0.38.
     usual_look : float, quantile
-        Of the likenesses in some frames of a clip, that is usual, unless it is itself hidden beside
-        the median. Chosen with p06 of the strangers in grey, whose closed mouth was called covered
-        by the median. Measured: over the median, 0.70 or more in the strangers' clips, four of them
-        in grey, too; 0.3 where a drawn hand or mask is before the mouth in a third of the frames.
+        Of the likenesses in some frames of a clip, that is usual, unless it would itself count as
+        hidden beside the median. Chosen with p06 of the strangers in grey, whose closed mouth was
+        called covered by the median. Measured: as a share of the median, 0.70 or more in the
+        strangers' clips, also in four of them in grey; 0.3 where a drawn hand or mask hides the
+        mouth in a third of the frames.
     usual_around : float, share of the median
-        Of the skin around the mouth, with more of which the mouth rather closes than is hidden.
+        Of the skin around the mouth: with more of it, a mouth is taken to close, not to be hidden.
         Measured in the same clips: 0.8 and less behind the hand and the mask, 0.92 to 1.00 in the
         others.
     least_lips : float, share of the usual
