@@ -111,8 +111,8 @@ def read_table(
     Raises
     ------
     InputFileError
-        If it is missing, no text, empty, names a column twice, has something other than commas
-        between columns, or a line has too few or too many cells.
+        If it is missing, no text, empty, names no columns or one twice, has something other than
+        commas between columns, or a line has too few or too many cells.
     """
     path = Path(path)
     check_file(path)
@@ -132,8 +132,12 @@ def read_table(
             "give a line of column names, and at least one below it",
         )
     (_, heading), *rest = found
-    check_separators(path, heading)
+    _check_separators(path, heading)
     names = [name.strip().lower() if small else name.strip() for name in heading]
+    if all(_is_number(name) for name in names if name):
+        raise InputFileError(
+            f"{path} has no column names in its first line", "add them, such as frame,point,x,y,z"
+        )
     twice = [name for name in names if name and names.count(name) > 1]
     if twice:
         raise InputFileError(f"{path} has two columns {twice[0]}", "name every column once")
@@ -148,7 +152,7 @@ def read_table(
     return Table(path, columns, [row for _, row in rest], [line for line, _ in rest])
 
 
-def check_separators(path: Path, heading: Sequence[str]) -> None:
+def _check_separators(path: Path, heading: Sequence[str]) -> None:
     """Raise `InputFileError` for a first line with something other than commas between columns."""
     found = [word for mark, word in _SEPARATORS.items() if len(heading) == 1 and mark in heading[0]]
     if found:
@@ -160,3 +164,11 @@ def check_separators(path: Path, heading: Sequence[str]) -> None:
 
 def _counts(row: list[str], empty: bool) -> bool:
     return any(cell.strip() for cell in row) or (empty and len(row) > 1)
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        to_number(cell)
+    except ValueError:
+        return False
+    return True

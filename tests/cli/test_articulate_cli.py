@@ -210,7 +210,7 @@ def test_bad_input_is_one_line(tmp_path, capsys, points, more, said, kind):
 @pytest.mark.parametrize(  # infinity cannot be written to a C3D file
     ("kind", "said"),
     [
-        ("csv", "frame 2: 'inf' is not a number"),
+        ("csv", "line 4: 'inf' in column p1_x is not a number"),
         ("npz", "'p1' is out of all bounds in frame 2"),
     ],
 )
