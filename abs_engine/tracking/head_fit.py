@@ -116,6 +116,8 @@ class AverageHead:
         moves = _scaled_shape(average, larger)
         upper = upper_face_modes(sized)
         body = HeadBody.of(sized, moves.mean, people, moves.modes, upper)
+        if known:
+            body = body.without_scalp()
         shape = landmark_shape(sized, correspondence, moves, sized.vertices, people)
         return cls(sized, moves, people, body, shape, correspondence, scale)
 

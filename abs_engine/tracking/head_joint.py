@@ -71,11 +71,12 @@ def _outlines(
 
 def _pairs(problem: HeadProblem, views: Sequence[HeadView], renderer: Renderer) -> _Pairs:
     """Matches of each frame with those that face most alike."""
+    near = HEAD_POSE.known_near if problem.known else HEAD_POSE.near
     pairs: list[tuple[int, int]] = []
     for second, view in enumerate(views):
         away = np.array([v.pose.angle_to(view.pose) for v in views])
         away[second] = np.inf
-        pairs += [(int(k), second) for k in np.argsort(away)[: min(HEAD_POSE.near, len(views) - 1)]]
+        pairs += [(int(k), second) for k in np.argsort(away)[: min(near, len(views) - 1)]]
 
     def matched(pair: tuple[int, int]) -> Matches | None:
         first, second = pair
@@ -170,7 +171,8 @@ class _System:
     ) -> tuple[Equations, Equations | None]:
         """Equations of a frame's landmarks and pupils."""
         p, guess, pupils = self.problem, self.head.guess(frame), frames[frame].pupils
-        by_landmarks = landmark_equations(p.shape, p.noise, seen[frame], guess)
+        alike = HEAD_POSE.known_alike if p.known else 1.0
+        by_landmarks = landmark_equations(p.shape, p.noise, seen[frame], guess, alike)
         if pupils is None:
             return by_landmarks, None
         own, modes = p.eyes(self.head.identity)

@@ -88,6 +88,11 @@ class HeadProblem:
     camera: Camera
 
     @property
+    def known(self) -> bool:
+        """Whether the head is the person's own."""
+        return len(self.shape.identity) == 0
+
+    @property
     def sizes(self) -> tuple[int, int, int]:
         """Numbers of identity modes, of the person's errors, and of posture modes."""
         return len(self.shape.identity), len(self.noise.between), len(self.shape.posture)

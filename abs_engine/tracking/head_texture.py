@@ -7,7 +7,7 @@ modelled: what changes slowly over the skin is subtracted, and corners of the te
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import cast
 
@@ -84,6 +84,13 @@ class HeadBody:
     def skin(self) -> NDArray[np.integer]:
         """Vertices of the skin that moves with the skull."""
         return np.unique(self.speaker.faces[self.skull])
+
+    def without_scalp(self) -> HeadBody:
+        """The head with no texture above the forehead: a scalp is seen at a grazing angle."""
+        one = self.speaker
+        height = one.vertices[one.faces].astype(np.float64)[..., 1].mean(axis=1)
+        lips = float(one.vertices[one.lip_ring].astype(np.float64)[:, 1].mean())
+        return replace(self, skull=self.skull & (height < lips + HEAD_POSE.scalp))
 
     def vertices(self, identity: FloatArray, posture: FloatArray) -> FloatArray:
         """A person (K,) in a posture (M,): (V, 3), mm."""

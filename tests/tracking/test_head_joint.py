@@ -5,9 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
+import cv2
 import numpy as np
 import pytest
-from drawn import average_shape, correspondence, lit, network_sees, speaker, turned_by, vertices_of
+from drawn import (
+    average_shape,
+    correspondence,
+    lit,
+    network_sees,
+    projected,
+    speaker,
+    turned_by,
+    vertices_of,
+)
 from heads import seen_at
 
 from abs_engine.core.camera import Camera
@@ -24,12 +34,19 @@ from abs_engine.tracking.head_texture import HeadBody, HeadView, gray_of, match
 from abs_engine.tracking.landmark_fit import turned
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.match_equations import linearised
-from abs_engine.tracking.scale import pupil_distance, pupil_scale, pupil_vertices
+from abs_engine.tracking.scale import (
+    known_scale,
+    pupil_distance,
+    pupil_scale,
+    pupil_vertices,
+)
+from abs_engine.tracking.settings.head import HEAD_POSE
 
 CAMERA = Camera.ideal((320, 320))
 PERSON = "walter"
 ANGLES = ([0, 0, 0], [0.1, -0.3, 0.05], [-0.1, 0.3, 0], [0.05, 0.15, -0.1], [-0.15, -0.1, 0])
 POSES = [seen_at(a, [5, -5, 620]) for a in ANGLES]
+NOD = cv2.Rodrigues(np.radians([5.0, 0.0, 0.0]))[0]
 
 
 @cache
@@ -237,6 +254,39 @@ def test_an_unknown_head_is_found_as_large_and_as_far_as_it_is():
     for seen, pose in zip(found.textured.views, POSES, strict=True):
         depth = [p.apply(x.mean(axis=0))[2] for p, x in ((seen.pose, own), (pose, real))]
         assert depth[0] == pytest.approx(depth[1], rel=0.05)
+
+
+@cache
+def own():
+    """The person's own head, before it is placed."""
+    one = speaker()
+    known = replace(one, vertices=vertices_of(PERSON).astype(np.float32))
+    scale = known_scale(pupil_distance(known, known.vertices), person=True, poses=False)
+    return AverageHead.of(known, correspondence(), scale, known=True)
+
+
+def test_a_known_head_is_compared_up_to_its_forehead_only():
+    def height(head):
+        skin = head.speaker.vertices[head.body.skin].astype(float)
+        return skin[:, 1].max() - head.speaker.vertices[head.speaker.lip_ring][:, 1].mean()
+
+    unknown = AverageHead.of(speaker(), correspondence(), pupil_scale(None), average_shape())
+    assert height(own()) < HEAD_POSE.scalp + 10 < height(unknown) - 10
+    assert own().known
+    assert not unknown.known
+
+
+def test_a_known_head_lies_where_its_texture_says():
+    """Landmarks that see a head nod by 5 degrees more, whose errors are alike."""
+    points = correspondence().of(vertices_of(PERSON))
+    nodded = [replace(p, rotation=p.rotation @ NOD) for p in POSES]
+    seen = [
+        replace(f, landmarks=projected(points, p, CAMERA))
+        for f, p in zip(frames(), nodded, strict=True)
+    ]
+    found = own().fitted(seen, CAMERA, CpuRenderer())
+    off = [turned_by(v.pose, p) for v, p in zip(found.textured.views, POSES, strict=True)]
+    assert np.median(off) < 1.3  # 1.6 with the scalp, where landmarks count in full
 
 
 def test_a_known_head_is_placed_in_a_frame_that_it_was_not_fitted_on():
