@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from abs_engine.evaluate.score_table import IN_BRACKETS
 from abs_engine.report.document import cautioned, document, safe, table
 
 _STYLE = ".key span { padding: 0 .5em; margin-right: .5em }"
@@ -69,13 +70,14 @@ def demo_page(
     summary = run["summary"]
     key = "".join(f'<span style="background:{colour}">{name}</span>' for name, colour in _KEY)
     body = f"""{cautioned(run)}<h1>Lips tracked by rendering</h1>
-<p>The studio filmed {safe(person)} with a renderer of its own, with noise and compression
-(<a href="{safe(video)}">{safe(video)}</a>). The tracker was given that video,
-the camera's calibration and a head, nothing else of the truth, with which its results are compared
-here.</p>
+<p>The studio, which has a renderer of its own, filmed {safe(person)}, one of six people that it
+comes with, with noise and compression: <a href="{safe(video)}">the video</a>. The tracker was given
+this video, the camera's calibration and a head, but nothing else of the truth, with which its
+results are compared here.</p>
 <p>{safe(remarks[0])}</p>
 <h2>Tracked against truth</h2>
 {table((), rows)}
+<p>{IN_BRACKETS}</p>
 {"".join(f"<p>{safe(remark)}</p>" for remark in remarks[1:])}
 <p>{summary["frames"]} frames, {summary["mean_evaluations"]:.0f} drawings compared in each,
 drawn by {safe(str(run["renderer"]))}; <a href="run/timing.json">what that took</a>.</p>

@@ -7,7 +7,7 @@ from typing import Any
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.evaluate.catalogue import Metric
-from abs_engine.evaluate.score_table import shown, shown_unit, used
+from abs_engine.evaluate.score_table import IN_BRACKETS, shown, shown_unit, used
 from abs_engine.report.data import ReportData, Rows, System
 from abs_engine.report.document import safe
 from abs_engine.report.drawing import colours
@@ -131,7 +131,7 @@ def scores(data: ReportData) -> str:
         f"<tr><th>{safe(m.label.strip())}</th><td>{safe(m.definition)}</td></tr>" for m in metrics
     )
     return f"""<section><h2>Scores</h2>
-<p>In brackets: 95 % confidence interval by a bootstrap over blocks of frames.</p>
+<p>{IN_BRACKETS}</p>
 <div class="wide"><table class="scores"><thead><tr><th></th><th></th>{head}</tr></thead>
 <tbody>{rows}</tbody></table></div>
 <details><summary>What the numbers mean</summary><table>{means}</table></details></section>"""

@@ -6,7 +6,7 @@ import numpy as np
 
 from abs_engine.core.arrays import Image
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.contours import LOST, WHITE, LipDrawing, cut, write_text
+from abs_engine.tracking.contours import LEGEND, LOST, WHITE, LipDrawing, cut, write_text
 from abs_engine.tracking.run_table import closed_frames
 
 MOST_TILES = 80
@@ -58,13 +58,19 @@ class ContactSheet:
         return tile
 
     def picture(self) -> Image:
-        """The sheet, (H, W, 3) uint8 RGB: all frames up to 80, else evenly spread ones."""
+        """The sheet, (H, W, 3) uint8 RGB: all frames up to 80, else evenly spread ones.
+
+        Its last line says what the lines' colours are, and how many of the frames it shows.
+        """
         count = len(self._tiles)
         chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_TILES)).round().astype(int))
         rows = -(-len(chosen) // COLUMNS)
         high, wide = TILE[1] + CAPTION, TILE[0]
-        sheet = np.full((rows * (high + 2), COLUMNS * (wide + 2), 3), 40, np.uint8)
+        sheet = np.full((rows * (high + 2) + CAPTION, COLUMNS * (wide + 2), 3), 40, np.uint8)
         for place, index in enumerate(chosen):
             y, x = (high + 2) * (place // COLUMNS), (wide + 2) * (place % COLUMNS)
             sheet[y : y + high, x : x + wide] = self._tiles[index]
+        words = [*LEGEND, (f"{len(chosen)} of {self._seen} frames", WHITE)]
+        for k, (text, colour) in enumerate(words):
+            write_text(sheet, text, (6 + k * (wide + 2), len(sheet) - 6), colour)
         return sheet

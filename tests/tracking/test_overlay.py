@@ -156,7 +156,8 @@ def test_the_sheet_has_all_frames_or_evenly_spread_ones(count, tiles, monkeypatc
     sheet = Marked(toy_setting())
     for index in range(count):
         sheet.add(None, np.uint16(index))
-    picture = sheet.picture().reshape(-1, 3).astype(int)
+    whole = sheet.picture()
+    picture = whole[: -sheets.CAPTION].reshape(-1, 3).astype(int)
     low, high, _ = picture[picture[:, 2] == 255].T
     shown = low + 256 * high
     assert len(shown) == tiles
@@ -166,6 +167,8 @@ def test_the_sheet_has_all_frames_or_evenly_spread_ones(count, tiles, monkeypatc
     assert not len(steps) or steps.max() - steps.min() <= 4
     assert sheets.TILE[0] >= 200
     assert len(sheet._tiles) <= 4 * sheets.MOST_TILES
+    for colour in (OUTER, UPPER, LOWER):
+        assert len(painted(whole[-sheets.CAPTION :], colour)) > 20
 
 
 def test_tiles_mark_closed_and_lost_frames():
