@@ -32,6 +32,7 @@ from ict_films import (
 )
 from numpy.typing import NDArray
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+from scipy.spatial.transform import Rotation
 
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.io.morphs.ict import read_ict
@@ -43,7 +44,17 @@ NARROW = 6706
 """Vertices from 0 that are ICT's narrow face area, without ears and neck."""
 
 
-NAMES = ("found", "skin", "neck", "face", "lips", "lips across", "lips in depth", "lips at rest")
+NAMES = (
+    "found",
+    "turn",
+    "skin",
+    "neck",
+    "face",
+    "lips",
+    "lips across",
+    "lips in depth",
+    "lips at rest",
+)
 TILE, TILES = 768, 9
 """Pixels a side of a tile of ICT's texture, and their number with the eyes' own."""
 
@@ -107,9 +118,11 @@ def rms(away: FloatArray) -> float:
 
 
 def score(head: Head, run: Path, film: Path) -> tuple[float, ...]:
-    """Share of frames found, and over these RMS in mm: see `NAMES`."""
-    told, mesh = np.load(film), load_mesh(run)
-    found = np.flatnonzero(load_run(run)["found"])
+    """Share of frames found, median error of rotation, degrees, and RMS in mm: see `NAMES`."""
+    told, mesh, tracked = np.load(film), load_mesh(run), load_run(run)
+    found = np.flatnonzero(tracked["found"])
+    ours, true = Rotation.from_rotvec(tracked["rotation"][found]), told["rotation"][found]
+    turn = np.median(np.degrees((ours.inv() * Rotation.from_matrix(true)).magnitude()))
     lips = np.unique(np.concatenate(list(lip_rings(head).values())))
     skull = np.setdiff1d(np.arange(SKIN), np.arange(NARROW))
     areas = (np.arange(SKIN), skull, np.arange(NARROW), lips)
@@ -119,7 +132,7 @@ def score(head: Head, run: Path, film: Path) -> tuple[float, ...]:
         off = mesh.vertices(int(t))[: len(neutral)] - neutral - moved
         own = [rms(off[at]) for at in areas]
         rows.append([*own, rms(off[lips, :2]), rms(off[lips, 2:]), rms(moved[lips])])
-    return len(found) / len(told["aperture"]), *np.sqrt((np.array(rows) ** 2).mean(axis=0))
+    return len(found) / len(told["aperture"]), turn, *np.sqrt((np.array(rows) ** 2).mean(axis=0))
 
 
 def main(words: list[str]) -> None:

@@ -14,7 +14,7 @@ from abs_engine.evaluate.catalogue import Metric, catalogue
 from abs_engine.evaluate.score import Score
 
 FORMAT, VERSION = "abs_engine.scores", 1
-IN_BRACKETS = "In brackets: 95 % confidence interval by a bootstrap over blocks of frames."
+IN_BRACKETS = "In brackets: the 95 % confidence interval, by a bootstrap over blocks of frames."
 Systems = Mapping[str, Mapping[str, Score]]
 
 

@@ -70,10 +70,10 @@ def demo_page(
     summary = run["summary"]
     key = "".join(f'<span style="background:{colour}">{name}</span>' for name, colour in _KEY)
     body = f"""{cautioned(run)}<h1>Lips tracked by rendering</h1>
-<p>The studio, which has a renderer of its own, filmed {safe(person)}, one of six people that it
-comes with, with noise and compression: <a href="{safe(video)}">the video</a>. The tracker was given
-this video, the camera's calibration and a head, but nothing else of the truth, with which its
-results are compared here.</p>
+<p>{safe(person)} is one of six drawn people that come with the studio, which filmed this clip with
+a renderer of its own and added noise and compression: <a href="{safe(video)}">the video</a>. The
+tracker was given this video, the camera's calibration and a head, and nothing else of the truth.
+Its results are compared with the truth here.</p>
 <p>{safe(remarks[0])}</p>
 <h2>Tracked against truth</h2>
 {table((), rows)}

@@ -42,7 +42,7 @@ class HeadBody:
     posture : (M, V, 3) float64, mm per standard deviation
     pivot : (3,) float64, mm
     skull : (F,) bool
-        Facets whose skin moves with the skull.
+        Facets of skin that moves with the skull, whose texture is compared.
     """
 
     speaker: Speaker
@@ -86,7 +86,10 @@ class HeadBody:
         return np.unique(self.speaker.faces[self.skull])
 
     def without_scalp(self) -> HeadBody:
-        """The head with no texture above the forehead: a scalp is seen at a grazing angle."""
+        """The head, no texture of which is compared above its forehead.
+
+        Scalps are seen at a grazing angle.
+        """
         one = self.speaker
         height = one.vertices[one.faces].astype(np.float64)[..., 1].mean(axis=1)
         lips = float(one.vertices[one.lip_ring].astype(np.float64)[:, 1].mean())

@@ -30,11 +30,11 @@ class HeadSettings:
         That each is compared with, those that face most alike. Chosen of 3 and 5 on the films of
         `side`: 1.5 and 1.7 degrees.
     known_near : int, frames
-        The same for a known head. Chosen on seed 1 of the films of `side`, whole runs: lips off by
-        2.8 mm with 5, 3.1 with 3; with `known_alike`, 2.6 with 5 and with 7.
+        The same for a known imported head. Chosen on seed 1 of the films of `side`, whole runs:
+        lips off by 2.8 mm with 5, 3.1 with 3; with `known_alike`, 2.6 with 5 and with 7.
     known_alike : float, landmarks
-        That count as one in the joint fit of a known head. Chosen there: lips off by 2.8 mm with 1,
-        2.6 with 4 and with 16.
+        That count as one in the joint fit of a known imported head. Chosen there: lips off by
+        2.8 mm with 1, 2.6 with 4 and with 16.
     most_turn : float, rad
         In a step. Not measured.
     scale_held : float, mm
@@ -80,10 +80,10 @@ class HeadSettings:
     above : float, mm
         Above the lips that such skin lies at least. Not measured.
     scalp : float, mm
-        Above the lips that such skin of a known head lies at most. Chosen on seed 1 of the films of
-        `side`, known heads, joint fit: rotation off by 0.98, 0.92 and 0.93 degrees with 100, 115
-        and 130, and by 1.97 with the whole scalp, which is seen at a grazing angle. Heads whose
-        shape is looked for gain nothing.
+        Above the lips that such skin of a known imported head lies at most. Chosen on seed 1 of the
+        films of `side`, joint fit: rotation off by 0.98, 0.92 and 0.93 degrees with 100, 115 and
+        130, and by 1.97 with the whole scalp, which is seen at a grazing angle. Heads whose shape
+        is fitted gain nothing on average.
     front : float, mm
         In front of the head's origin that it lies at least. Not measured.
     most_slide : float, mm
