@@ -132,15 +132,7 @@ def read_table(
             "give a line of column names, and at least one below it",
         )
     (_, heading), *rest = found
-    _check_separators(path, heading)
-    names = [name.strip().lower() if small else name.strip() for name in heading]
-    if all(_is_number(name) for name in names if name):
-        raise InputFileError(
-            f"{path} has no column names in its first line", "add them, such as frame,point,x,y,z"
-        )
-    twice = [name for name in names if name and names.count(name) > 1]
-    if twice:
-        raise InputFileError(f"{path} has two columns {twice[0]}", "name every column once")
+    names = _names(path, heading, small)
     for line, row in rest:
         if len(row) != len(names):
             raise InputFileError(
@@ -152,14 +144,23 @@ def read_table(
     return Table(path, columns, [row for _, row in rest], [line for line, _ in rest])
 
 
-def _check_separators(path: Path, heading: Sequence[str]) -> None:
-    """Raise `InputFileError` for a first line with something other than commas between columns."""
-    found = [word for mark, word in _SEPARATORS.items() if len(heading) == 1 and mark in heading[0]]
-    if found:
+def _names(path: Path, heading: Sequence[str], small: bool) -> list[str]:
+    """Names of the columns; raises `InputFileError` for a first line that does not name them."""
+    marks = [word for mark, word in _SEPARATORS.items() if len(heading) == 1 and mark in heading[0]]
+    if marks:
         raise InputFileError(
-            f"{path} has {found[0]} between its columns",
+            f"{path} has {marks[0]} between its columns",
             "separate columns with commas, and use decimal points",
         )
+    names = [name.strip().lower() if small else name.strip() for name in heading]
+    if all(_is_number(name) for name in names if name):
+        raise InputFileError(
+            f"{path} has no column names in its first line", "add them, such as frame,point,x,y,z"
+        )
+    twice = [name for name in names if name and names.count(name) > 1]
+    if twice:
+        raise InputFileError(f"{path} has two columns {twice[0]}", "name every column once")
+    return names
 
 
 def _counts(row: list[str], empty: bool) -> bool:
