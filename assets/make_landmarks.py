@@ -4,8 +4,10 @@ Usage: ``python assets/make_landmarks.py [OUTPUT_FOLDER]``: draws the six people
 from several sides (the CPU rasteriser, a lamp above the camera), lets the network look, and finds
 which landmarks are each other's mirror images and the points of the mesh that they show. Then it
 draws people who do not exist, under other lights and from other sides, and learns from them what
-errors have in common. It writes ``landmarks.npz``, and ``landmark_mirror.json`` in ``detector``
-beside that folder. Nothing but this repository is needed; it takes about five minutes.
+errors have in common: of heads like the bundled one, and of those that are expected of people. It
+writes ``landmarks.npz``, and beside that folder ``landmark_mirror.json`` in ``detector`` and
+``landmark_noise.npz`` in ``population``. Nothing but this repository is needed; it takes about
+fifteen minutes.
 """
 
 from __future__ import annotations
@@ -18,18 +20,28 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.scene import Scene
-from abs_engine.face.shape.identity import head_modes
+from abs_engine.face.shape.identity import head_modes, sized_head
 from abs_engine.face.shape.mouth import mouth_shape
+from abs_engine.face.shape.population import average_person
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.render.cpu import CpuRenderer
+from abs_engine.tracking.expected_person import FILE as NOISE
+from abs_engine.tracking.expected_person import save_noise
 from abs_engine.tracking.face_detection import find_face
-from abs_engine.tracking.landmark_correspondence import FILE, Sighting, learn_correspondence, off_of
-from abs_engine.tracking.landmark_noise import learn_noise
+from abs_engine.tracking.landmark_correspondence import (
+    FILE,
+    Correspondence,
+    Sighting,
+    learn_correspondence,
+    off_of,
+)
+from abs_engine.tracking.landmark_noise import LandmarkNoise, learn_noise
 from abs_engine.tracking.landmarks import landmarks_of
 from abs_engine.tracking.rendered_landmarks import (
     USUAL_LIGHT,
@@ -69,10 +81,15 @@ def all_sightings(speaker: Speaker) -> Iterator[Sighting]:
 PEOPLE, VIEWS = 200, 6
 
 
-def strangers(speaker: Speaker) -> Iterator[tuple[int, Sighting]]:
-    """People who do not exist, numbered: random heads, postures, sides, lights and lenses."""
+def strangers(
+    speaker: Speaker, heads: NDArray[np.floating]
+) -> Iterator[tuple[int, Sighting]]:
+    """People who do not exist, numbered: random heads, postures, sides, lights and lenses.
+
+    Heads are a speaker's with random weights of modes (K, V, 3).
+    """
     rng, renderer = np.random.default_rng(0), CpuRenderer()
-    heads, upper = head_modes(speaker), upper_face_modes(speaker)
+    upper = upper_face_modes(speaker)
     mouth = mouth_shape(speaker, speaker.vertices, 10)
     moves = np.concatenate([mouth.modes, upper]).astype(np.float64)
     textures = [speaker.texture(name) for name in speaker.people]
@@ -126,6 +143,15 @@ def _plain_look(picture: np.ndarray) -> np.ndarray:
     return seen.pixels.copy()
 
 
+def _noise(
+    found: Correspondence, speaker: Speaker, heads: NDArray[np.floating]
+) -> LandmarkNoise:
+    """The network's errors on strangers' heads."""
+    people, seen = zip(*strangers(speaker, heads), strict=True)
+    off = np.stack([off_of(found.corners, found.weights, s) for s in seen])
+    return learn_noise(off, np.array(people))
+
+
 def main() -> int:
     """Learn from the drawings and write the files."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -140,10 +166,11 @@ def main() -> int:
         place.mkdir(parents=True, exist_ok=True)
     (detector / "landmark_mirror.json").write_text(json.dumps(mirror, separators=(",", ":")) + "\n")
     found = learn_correspondence(speaker, list(all_sightings(speaker)))
-    people, seen = zip(*strangers(speaker), strict=True)
-    off = np.stack([off_of(found.corners, found.weights, s) for s in seen])
-    found = replace(found, noise=learn_noise(off, np.array(people)))
+    found = replace(found, noise=_noise(found, speaker, head_modes(speaker)))
     found.save(folder / FILE)
+    population = folder.parent / "population"
+    population.mkdir(parents=True, exist_ok=True)
+    save_noise(population / NOISE, _noise(found, *sized_head(average_person(), 1.0)))
     off = ", ".join(f"{mm:.1f}" for mm in np.median(found.deviation, axis=0))
     print(f"{FILE}: landmarks are off by {off} mm (median: across, down, in depth)")
     return 0

@@ -20,11 +20,11 @@ def load(pupils: float | None, unknown: bool) -> None:
     from abs_engine.core.provenance import code_digest
     from abs_engine.core.threads import one_thread
     from abs_engine.face.shape.identity import sized_head
-    from abs_engine.io.assets import load_speaker
+    from abs_engine.face.shape.population import average_person
     from abs_engine.tracking.scale import pupil_distance, pupil_scale
 
     with suppress(AbsEngineError):
-        apart, speaker = pupil_scale(pupils).pupils, load_speaker()
+        apart, speaker = pupil_scale(pupils).pupils, average_person()
         if unknown:
             with one_thread():
                 sized_head(speaker, apart / pupil_distance(speaker, speaker.vertices))

@@ -22,6 +22,7 @@ from abs_engine.learn.heads.table import EYES_MM
 from abs_engine.tracking import beforehand, landmark_jacobian
 from abs_engine.tracking.blob_start import by_blobs, mouth_model, physics_expression
 from abs_engine.tracking.clip_setting import NO_FACE, NO_POSE, ClipSetting
+from abs_engine.tracking.expected_person import anybody
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size
 from abs_engine.tracking.frame_choice import candidate_frames, spread_over
@@ -167,6 +168,7 @@ def by_landmarks(
         scale = known_scale(pupil_distance(speaker, speaker.vertices), person=True, poses=False)
     else:
         scale = pupil_scale(options.pupil_distance)
+        speaker, correspondence = anybody(speaker, correspondence)
     given = None if options.poses is None else GivenHead.read(options.poses, clip, speaker)
     choice = FaceChoice.asked(options.face, options.mouth)
     if given is not None:

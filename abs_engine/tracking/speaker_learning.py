@@ -21,6 +21,7 @@ from abs_engine.learn.choice import choose_points
 from abs_engine.learn.posture_space import PostureSpace, learn_postures
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.training import checksum
+from abs_engine.tracking.expected_person import anybody
 from abs_engine.tracking.face_choice import FOLLOWS
 from abs_engine.tracking.head_fit import AverageHead
 from abs_engine.tracking.heads import correspondence_of
@@ -253,8 +254,8 @@ def learn_speaker(
     check_same(recordings, speaker)
     check_variety(recordings)
     camera = options.camera or Camera.ideal(size)
-    correspondence = correspondence_of(speaker, renderer)
-    average = AverageHead.of(speaker, correspondence, pupil_scale(options.pupil_distance))
+    expected = anybody(speaker, correspondence_of(speaker, renderer))
+    average = AverageHead.of(*expected, pupil_scale(options.pupil_distance))
     learner = Learner(speaker, average, camera, renderer, tell or _silent)
     learned: list[Learned] = []
     tracked_then: list[Sequence[Recording]] = []

@@ -10,6 +10,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from abs_engine.face.shape.identity import head_modes, sized_head
+from abs_engine.face.shape.population import average_person
 from abs_engine.face.shape.smooth import mirrored_modes, smooth_modes
 from abs_engine.io.assets import load_speaker
 
@@ -55,12 +56,18 @@ def turned_by(head):
     return turn.as_rotvec(degrees=True)
 
 
-def test_the_bundled_head_is_sized_once():
-    first, second = sized_head(SPEAKER, 1.05), sized_head(SPEAKER, 1.05)
+def test_the_average_person_is_sized_once():
+    person = average_person()
+    first, second = sized_head(person, 1.05), sized_head(person, 1.05)
     assert first[0] is second[0]
     assert first[1] is second[1]
-    np.testing.assert_allclose(first[0].vertices, 1.05 * SPEAKER.vertices, rtol=1e-5)
-    np.testing.assert_array_equal(first[1], head_modes(first[0]))
+    np.testing.assert_allclose(first[0].vertices, 1.05 * person.vertices, rtol=1e-5)
+
+
+def test_any_other_head_differs_by_its_own_targets():
+    sized, modes_of_it = sized_head(SPEAKER, 1.05)
+    np.testing.assert_allclose(sized.vertices, 1.05 * SPEAKER.vertices, rtol=1e-5)
+    np.testing.assert_array_equal(modes_of_it, head_modes(sized))
 
 
 def test_a_head_of_another_size_or_person_is_another():

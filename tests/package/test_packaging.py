@@ -124,6 +124,7 @@ def test_the_wheel_holds_shaders_and_assets_as_they_are_in_the_repository(instal
         for licence in (
             "LICENSE",
             "assets/detector/LICENSE.txt",
+            "assets/population/LICENSE.txt",
             "assets/postures/LICENSE.txt",
             "assets/speaker/LICENSE.txt",
         ):

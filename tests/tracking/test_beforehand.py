@@ -8,20 +8,20 @@ import sys
 import pytest
 
 from abs_engine.face.shape import identity
-from abs_engine.io.assets import load_speaker
+from abs_engine.face.shape.population import average_person
 from abs_engine.tracking import beforehand
 from abs_engine.tracking.scale import pupil_distance, pupil_scale
 
 
 def modes_kept():
-    return identity._bundled.__wrapped__.cache_info().misses
+    return identity._anybody.__wrapped__.cache_info().misses
 
 
 @pytest.mark.parametrize("pupils", [None, 61.5])
 def test_the_head_is_there_when_it_is_needed(pupils):
-    identity._bundled.__wrapped__.cache_clear()
+    identity._anybody.__wrapped__.cache_clear()
     beforehand.load(pupils, unknown=True)
-    speaker = load_speaker()
+    speaker = average_person()
     before = modes_kept()
     size = pupil_scale(pupils).pupils / pupil_distance(speaker, speaker.vertices)
     identity.sized_head(speaker, size)
@@ -29,7 +29,7 @@ def test_the_head_is_there_when_it_is_needed(pupils):
 
 
 def test_of_a_known_person_no_modes_are_made():
-    identity._bundled.__wrapped__.cache_clear()
+    identity._anybody.__wrapped__.cache_clear()
     beforehand.load(None, unknown=False)
     assert modes_kept() == 0
 

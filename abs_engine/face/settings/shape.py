@@ -53,6 +53,10 @@ class ShapeSettings:
         The same of targets alone, chosen by the same.
     target_macro : float, weight
         The same of whole people, chosen by the same.
+    scanned : float, share
+        Of people's heads that are like a model made after scans, of an unknown person; the others
+        are like the bundled head, which an artist made. The average lies as far between the two.
+        Chosen XXX.
     identity_modes : int
         Directions of targets and smooth fields together that are kept. Measured: they hold 98 % of
         the variance that proportions leave of both.
@@ -102,6 +106,7 @@ class ShapeSettings:
     target_pair: float = 0.3
     target_alone: float = 0.2
     target_macro: float = 0.13
+    scanned: float = 0.3
     identity_modes: int = 96
     head_breadth: float = 5.4
     head_length: float = 7.1

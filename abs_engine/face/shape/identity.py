@@ -12,9 +12,10 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.threads import kept
 from abs_engine.face.schema import COMPONENT, PERSON
 from abs_engine.face.settings.shape import SHAPE
+from abs_engine.face.shape.population import average_person, load_population
 from abs_engine.face.shape.proportions import proportioned
 from abs_engine.face.shape.smooth import mirrored_modes
-from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.io.assets import Speaker
 
 _OPPOSITE = {"incr": "decr", "up": "down", "forward": "backward", "out": "in"}
 
@@ -59,10 +60,18 @@ def head_modes(speaker: Speaker) -> NDArray[np.float32]:
     (K, V, 3) float32
         Principal directions, mm per standard deviation, the widest first.
     """
+    return _principal(speaker, _own_modes(speaker))
+
+
+def _own_modes(speaker: Speaker) -> NDArray[np.float32]:
+    """The speaker's targets and smooth fields (M, V, 3), mm per standard deviation."""
     targets = identity_shape(speaker).modes(speaker)
     vertices = speaker.vertices.astype(np.float64)
-    smooth = mirrored_modes(vertices, SHAPE.asymmetry).astype(np.float32)
-    modes = np.concatenate([targets, smooth])
+    return np.concatenate([targets, mirrored_modes(vertices, SHAPE.asymmetry).astype(np.float32)])
+
+
+def _principal(speaker: Speaker, modes: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Principal directions of what modes leave once skulls are as alike as people's."""
     flat = modes.reshape(len(modes), -1)
     tied = proportioned(speaker, flat)
     values, vectors = np.linalg.eigh(tied @ (flat @ flat.T) @ tied.T)
@@ -75,18 +84,19 @@ def sized_head(
 ) -> tuple[Speaker, NDArray[np.float32]]:
     """A speaker enlarged by a factor, and its `head_modes`; no modes for a `known` person.
 
-    The last result for the bundled head is kept, as its modes take a quarter of a second.
+    With those of the `average_person`, people's components are pooled. The last result for that is
+    kept, as its modes take a third of a second.
     """
-    if not known and not speaker.imported and speaker is load_speaker():
-        return _bundled(factor)
+    if not known and not speaker.imported and speaker is average_person():
+        return _anybody(factor)
     sized = speaker.scaled(factor)
     return sized, np.zeros((0, *sized.vertices.shape), np.float32) if known else head_modes(sized)
 
 
 @kept
-def _bundled(factor: float) -> tuple[Speaker, NDArray[np.float32]]:
-    sized = load_speaker().scaled(factor)
-    return sized, head_modes(sized)
+def _anybody(factor: float) -> tuple[Speaker, NDArray[np.float32]]:
+    sized = average_person().scaled(factor)
+    return sized, _principal(sized, load_population().pooled(_own_modes(sized), factor))
 
 
 def _directions(index: dict[str, int]) -> Iterator[tuple[str, FloatArray]]:

@@ -1,0 +1,50 @@
+"""The person who is expected before anything was seen: their head, and how the network errs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from abs_engine.face.shape.population import average_person
+from abs_engine.io.assets import Speaker, load_speaker, shipped
+from abs_engine.io.npz import read_npz
+from abs_engine.tracking.landmark_correspondence import Correspondence
+from abs_engine.tracking.landmark_noise import LAYOUT, LandmarkNoise
+
+FORMAT, VERSION = "abs_engine.landmark_noise", 1
+FILE = "landmark_noise.npz"
+_AGAIN = "make it again with assets/make_landmarks.py"
+
+
+def anybody(speaker: Speaker, correspondence: Correspondence) -> tuple[Speaker, Correspondence]:
+    """The head and the landmarks of a person of whom nothing is known.
+
+    Of the bundled head, people's average and the network's errors on people; the landmark network
+    was trained on people, and errs otherwise on heads that look like none. Any other head as it is.
+    """
+    if speaker is not load_speaker():
+        return speaker, correspondence
+    return average_person(), replace(correspondence, noise=people_noise())
+
+
+def save_noise(path: Path, noise: LandmarkNoise) -> None:
+    """Write an ``.npz`` that `people_noise` reads."""
+    np.savez_compressed(path, format=FORMAT, version=VERSION, **noise.arrays())
+
+
+@cache
+def people_noise() -> LandmarkNoise:
+    """The network's errors on drawings of people, measured by ``assets/make_landmarks.py``.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing.
+    ModelFormatError
+        If it has another layout.
+    """
+    path = shipped("population") / FILE
+    return LandmarkNoise.of_arrays(read_npz(path, FORMAT, VERSION, LAYOUT, _AGAIN))

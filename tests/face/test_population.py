@@ -1,0 +1,92 @@
+"""People's heads on the bundled head's mesh: nothing tears, and what people are is kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.distance import pdist
+
+from abs_engine.core.errors import ModelFormatError
+from abs_engine.face.settings.shape import SHAPE
+from abs_engine.face.shape import population
+from abs_engine.face.shape.identity import sized_head
+from abs_engine.face.shape.population import Population, average_person, load_population
+from abs_engine.io.assets import load_speaker
+from abs_engine.tracking.scale import pupil_distance
+
+SPEAKER = load_speaker()
+V = SPEAKER.vertices.astype(np.float64)
+
+
+def fields():
+    found = load_population()
+    return np.concatenate([found.mean[None], found.components]).astype(np.float64)
+
+
+def test_copies_at_seams_of_the_texture_stay_together():
+    _, first, of_vertex = np.unique(SPEAKER.weld, return_index=True, return_inverse=True)
+    assert np.abs(fields() - fields()[:, first[of_vertex]]).max() < 0.01
+
+
+def test_lips_that_touch_go_along_together():
+    upper, lower = (SPEAKER.vertices_of(name) for name in ("upper_lip", "lower_lip"))
+    away = np.linalg.norm(V[upper][:, None] - V[lower], axis=2)
+    nearest = lower[away.argmin(axis=1)]
+    touching = (away.min(axis=1) < 0.5) & (SPEAKER.weld[upper] != SPEAKER.weld[nearest])
+    assert touching.sum() > 20
+    apart = fields()[:, upper[touching]] - fields()[:, nearest[touching]]
+    assert np.linalg.norm(apart, axis=2).max() < 0.5
+
+
+def test_eyes_move_as_a_whole():
+    eyes = SPEAKER.vertices_of("eyes")
+    for side in (-1, 1):
+        own = eyes[side * V[eyes, 0] > 0]
+        moved = fields()[1:, own]
+        assert np.abs(moved - moved[:, :1]).max() < 0.02
+        before, after = (pdist(vertices[own]) for vertices in (V, V + fields()[0]))
+        some = before > 0.1  # not copies at seams
+        assert np.ptp(after[some] / before[some]) < 0.02
+
+
+def test_the_average_head_has_its_pupils_as_far_apart():
+    whole = V + fields()[0]
+    assert pupil_distance(SPEAKER, whole) == pytest.approx(pupil_distance(SPEAKER, V), rel=1e-3)
+
+
+def test_nobody_is_expected_halfway_between_an_artists_head_and_people():
+    moved = average_person().vertices - SPEAKER.vertices
+    np.testing.assert_allclose(moved, SHAPE.scanned * fields()[0], atol=1e-4)
+
+
+def test_noses_of_people_stand_out_farther_than_the_artists():
+    marks = SPEAKER.points["landmark_68"]
+    tip, corners = marks[30], marks[[36, 39, 42, 45]]
+
+    def length(vertices):
+        return vertices[tip, 2] - vertices[corners, 2].mean()
+
+    assert length(V + fields()[0]) > length(V) + 3.0
+
+
+def test_a_person_of_the_model_lies_within_what_is_expected():
+    """A made-up person of the components is explained better than by the targets alone."""
+    rng = np.random.default_rng(0)
+    person = average_person()
+    weights = rng.normal(size=len(load_population().components))
+    wanted = np.tensordot(weights, fields()[1:], 1).ravel()
+    left = []
+    for modes in (sized_head(person, 1.0)[1], sized_head(SPEAKER, 1.0)[1]):
+        flat = modes.reshape(len(modes), -1).astype(np.float64)
+        system = np.vstack([flat.T, np.eye(len(flat))])
+        own = np.linalg.lstsq(system, np.r_[wanted, np.zeros(len(flat))], rcond=None)[0]
+        left.append(np.sqrt(((wanted - own @ flat) ** 2).mean()))
+    assert left[0] < 0.8 * left[1]
+
+
+def test_a_file_of_another_mesh_is_refused(tmp_path, monkeypatch):
+    found = load_population()
+    Population(found.mean[:-1], found.components[:, :-1]).save(tmp_path / "heads.npz")
+    monkeypatch.setattr(population, "shipped", lambda name: tmp_path)
+    with pytest.raises(ModelFormatError, match="make it again with assets/make_population"):
+        load_population.__wrapped__()

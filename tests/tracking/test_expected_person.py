@@ -1,0 +1,52 @@
+"""The person who is expected: of the bundled head, people's average, and how the network errs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from abs_engine.face.shape.population import average_person
+from abs_engine.io.assets import load_speaker
+from abs_engine.tracking.expected_person import anybody, people_noise, save_noise
+from abs_engine.tracking.landmark_correspondence import load_correspondence
+from abs_engine.tracking.landmark_noise import LAYOUT
+
+
+def test_of_the_bundled_head_it_is_people():
+    speaker = load_speaker()
+    known = load_correspondence(speaker)
+    person, expected = anybody(speaker, known)
+    assert person is average_person()
+    assert expected.noise is people_noise()
+    assert expected.corners is known.corners
+
+
+def test_another_head_is_expected_as_it_is():
+    speaker = replace(load_speaker(), vertices=1.1 * load_speaker().vertices)
+    known = load_correspondence(load_speaker())
+    assert anybody(speaker, known) == (speaker, known)
+
+
+def test_the_network_errs_less_alike_on_people_than_on_an_artists_heads():
+    """Its depths above all: it was trained on people."""
+    artists = load_correspondence(load_speaker()).noise
+
+    def nod(noise):
+        """Slope of the depth's error down the face, as a head that nods has it."""
+        height = load_correspondence(load_speaker()).of(load_speaker().vertices)[:, 1]
+        return abs(np.polyfit(height, noise.bias[:, 2], 1)[0])
+
+    assert nod(people_noise()) < 0.8 * nod(artists)
+
+
+def test_a_noise_is_read_as_it_was_saved(tmp_path, monkeypatch):
+    (tmp_path / "population").mkdir()
+    save_noise(tmp_path / "population" / "landmark_noise.npz", people_noise())
+    monkeypatch.setattr(
+        "abs_engine.tracking.expected_person.shipped", lambda name: tmp_path / name
+    )
+    again = people_noise.__wrapped__()
+    for name in LAYOUT:
+        own = name.removeprefix("noise_")
+        np.testing.assert_array_equal(getattr(again, own), getattr(people_noise(), own))
