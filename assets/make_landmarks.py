@@ -81,9 +81,7 @@ def all_sightings(speaker: Speaker) -> Iterator[Sighting]:
 PEOPLE, VIEWS = 200, 6
 
 
-def strangers(
-    speaker: Speaker, heads: NDArray[np.floating]
-) -> Iterator[tuple[int, Sighting]]:
+def strangers(speaker: Speaker, heads: NDArray[np.floating]) -> Iterator[tuple[int, Sighting]]:
     """People who do not exist, numbered: random heads, postures, sides, lights and lenses.
 
     Heads are a speaker's with random weights of modes (K, V, 3).
@@ -143,9 +141,7 @@ def _plain_look(picture: np.ndarray) -> np.ndarray:
     return seen.pixels.copy()
 
 
-def _noise(
-    found: Correspondence, speaker: Speaker, heads: NDArray[np.floating]
-) -> LandmarkNoise:
+def _noise(found: Correspondence, speaker: Speaker, heads: NDArray[np.floating]) -> LandmarkNoise:
     """The network's errors on strangers' heads."""
     people, seen = zip(*strangers(speaker, heads), strict=True)
     off = np.stack([off_of(found.corners, found.weights, s) for s in seen])

@@ -1,10 +1,10 @@
 """How real people's heads differ, on the bundled head's mesh: by a model made after scans.
 
-Usage: ``abs-engine import ICT_FOLDER -o ict.face``, with the folder that ``population/PROVENANCE.md``
-names, then ``python assets/make_population.py ict.face [OUTPUT_FOLDER]``. The bundled head is laid on
-the model's average head, and the model's components go along as smooth fields. It writes
-``heads.npz`` and ``registered.png``, both heads drawn from three sides, into the current folder. It
-takes a minute.
+Usage: ``abs-engine import FOLDER -o ict.face``, with the folder that ``population/PROVENANCE.md``
+names, then ``python assets/make_population.py ict.face [OUTPUT_FOLDER]``. The bundled head is laid
+on the model's average head, and the model's components go along as smooth fields. It writes
+``heads.npz``, and into the current folder ``registered.png``, both heads from three sides. It takes
+a minute.
 """
 
 from __future__ import annotations
@@ -37,7 +37,12 @@ from abs_engine.tracking.scale import pupil_distance, pupil_vertices
 SKIN = ("skin", "upper_lip", "lower_lip")
 INNER = np.r_[8, 17:68]
 """The chin and all but the jaw line of the 68 usual landmarks."""
-ROUNDS = ((200.0, 30.0, 25.0),) * 3 + ((60.0, 10.0, 25.0),) * 4 + ((20.0, 10.0, 10.0),) * 4 + ((8.0, 10.0, 10.0),) * 6  # fmt: skip
+ROUNDS = (
+    *((200.0, 30.0, 25.0),) * 3,
+    *((60.0, 10.0, 25.0),) * 4,
+    *((20.0, 10.0, 10.0),) * 4,
+    *((8.0, 10.0, 10.0),) * 6,
+)
 """Stiffness, weight of a landmark, and how far a surface is looked for, mm, of each round."""
 COMPONENTS = 50
 CENTRES, SMOOTHING = 1400, 3.0
@@ -151,7 +156,9 @@ def spread_out(points: FloatArray) -> NDArray[np.integer]:
     return np.array(chosen)
 
 
-def eye_middles(head: Speaker, vertices: FloatArray) -> list[tuple[FloatArray, NDArray[np.integer]]]:
+def eye_middles(
+    head: Speaker, vertices: FloatArray
+) -> list[tuple[FloatArray, NDArray[np.integer]]]:
     """Pupils (3,) of eyes that look ahead, the right one first, and the vertices of each eye."""
     found = []
     eyes = np.unique(head.faces[head.facet_class == head.class_id("eyes")])
@@ -190,7 +197,18 @@ def population(ours: Speaker, scans: Speaker) -> Population:
     ):
         fields[0, eye] = pupil - vertices[near].mean(axis=0)
         fields[1:, eye] = deltas[:, there].mean(axis=1)[:, None]
+    fields = _mirrored(vertices, fields)
     return _as_large(ours, Population(fields[0], fields[1:]))
+
+
+def _mirrored(vertices: FloatArray, fields: FloatArray) -> FloatArray:
+    """What fields (K, V, 3) over a head whose sides are alike share with their mirror images.
+
+    Lips that meet on one side alone would be closed by a grimace.
+    """
+    other_side = np.array([-1.0, 1.0, 1.0])
+    across = cKDTree(vertices).query(vertices * other_side)[1]
+    return 0.5 * (fields + fields[:, across] * other_side)
 
 
 def _as_large(ours: Speaker, found: Population) -> Population:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -32,7 +33,8 @@ def anybody(speaker: Speaker, correspondence: Correspondence) -> tuple[Speaker, 
 
 def save_noise(path: Path, noise: LandmarkNoise) -> None:
     """Write an ``.npz`` that `people_noise` reads."""
-    np.savez_compressed(path, format=FORMAT, version=VERSION, **noise.arrays())
+    arrays: dict[str, Any] = {**noise.arrays()}
+    np.savez_compressed(path, format=FORMAT, version=VERSION, **arrays)
 
 
 @cache

@@ -162,7 +162,7 @@ def by_landmarks(
 
     Of a person whose head is known, only how it looks in the clip is learned.
     """
-    known = options.person is not None
+    known, made_with = options.person is not None, speaker
     if options.person is not None:
         speaker = replace(speaker, vertices=speaker.named(options.person))
         scale = known_scale(pupil_distance(speaker, speaker.vertices), person=True, poses=False)
@@ -176,7 +176,7 @@ def by_landmarks(
     tell("finding the face")
     expression = None
     if options.physics is not None:
-        expression = physics_expression(speaker, speaker.vertices, options.physics)
+        expression = physics_expression(made_with, speaker.vertices, options.physics)
     follower = FaceFollower(choice)
     with meanwhile(_average, speaker, correspondence, scale, expression, known) as average:
         numbered = candidate_frames(_numbered(clip, follower), str(clip.video))

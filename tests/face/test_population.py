@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 
 from abs_engine.core.errors import ModelFormatError
@@ -38,6 +39,15 @@ def test_lips_that_touch_go_along_together():
     assert np.linalg.norm(apart, axis=2).max() < 0.5
 
 
+def test_the_two_sides_of_a_face_are_alike():
+    other_side = np.array([-1.0, 1.0, 1.0])
+    away, across = cKDTree(V).query(V * other_side)
+    alike = away < 1e-3
+    assert alike.mean() > 0.95
+    off = fields()[:, alike] - fields()[:, across[alike]] * other_side
+    assert np.abs(off).max() < 0.05
+
+
 def test_eyes_move_as_a_whole():
     eyes = SPEAKER.vertices_of("eyes")
     for side in (-1, 1):
@@ -54,7 +64,7 @@ def test_the_average_head_has_its_pupils_as_far_apart():
     assert pupil_distance(SPEAKER, whole) == pytest.approx(pupil_distance(SPEAKER, V), rel=1e-3)
 
 
-def test_nobody_is_expected_halfway_between_an_artists_head_and_people():
+def test_an_unknown_person_is_expected_between_an_artists_head_and_people():
     moved = average_person().vertices - SPEAKER.vertices
     np.testing.assert_allclose(moved, SHAPE.scanned * fields()[0], atol=1e-4)
 

@@ -43,9 +43,7 @@ def test_the_network_errs_less_alike_on_people_than_on_an_artists_heads():
 def test_a_noise_is_read_as_it_was_saved(tmp_path, monkeypatch):
     (tmp_path / "population").mkdir()
     save_noise(tmp_path / "population" / "landmark_noise.npz", people_noise())
-    monkeypatch.setattr(
-        "abs_engine.tracking.expected_person.shipped", lambda name: tmp_path / name
-    )
+    monkeypatch.setattr("abs_engine.tracking.expected_person.shipped", lambda name: tmp_path / name)
     again = people_noise.__wrapped__()
     for name in LAYOUT:
         own = name.removeprefix("noise_")

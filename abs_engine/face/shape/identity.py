@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,7 +71,7 @@ def _own_modes(speaker: Speaker) -> NDArray[np.float32]:
     return np.concatenate([targets, mirrored_modes(vertices, SHAPE.asymmetry).astype(np.float32)])
 
 
-def _principal(speaker: Speaker, modes: NDArray[np.float32]) -> NDArray[np.float32]:
+def _principal(speaker: Speaker, modes: NDArray[Any]) -> NDArray[np.float32]:
     """Principal directions of what modes leave once skulls are as alike as people's."""
     flat = modes.reshape(len(modes), -1)
     tied = proportioned(speaker, flat)
