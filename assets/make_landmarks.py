@@ -6,8 +6,8 @@ which landmarks are each other's mirror images and the points of the mesh that t
 draws people who do not exist, under other lights and from other sides, and learns from them what
 errors have in common: of heads like the bundled one, and of those that are expected of people. It
 writes ``landmarks.npz``, and beside that folder ``landmark_mirror.json`` in ``detector`` and
-``landmark_noise.npz`` in ``population``. Nothing but this repository is needed; it takes about
-fifteen minutes.
+``landmark_noise.npz`` in ``population``. Nothing but this repository is needed, with
+``population/heads.npz`` (``make_population.py``); it takes about fifteen minutes.
 """
 
 from __future__ import annotations

@@ -3,8 +3,7 @@
 Usage: ``abs-engine import FOLDER -o ict.face``, with the folder that ``population/PROVENANCE.md``
 names, then ``python assets/make_population.py ict.face [OUTPUT_FOLDER]``. The bundled head is laid
 on the model's average head, and the model's components go along as smooth fields. It writes
-``heads.npz``, and into the current folder ``registered.png``, both heads from three sides. It takes
-a minute.
+``heads.npz``, and with ``--sheet PICTURE`` both heads from three sides. It takes a minute.
 """
 
 from __future__ import annotations
@@ -44,7 +43,8 @@ ROUNDS = (
     *((8.0, 10.0, 10.0),) * 6,
 )
 """Stiffness, weight of a landmark, and how far a surface is looked for, mm, of each round."""
-COMPONENTS = 50
+COMPONENTS, LEAST = 50, 0.1
+"""How many are looked at, and the RMS, mm, of one that is kept: some are asymmetry alone."""
 CENTRES, SMOOTHING = 1400, 3.0
 SAMPLES = 600_000
 NECK = -85.0  # mm, y of the bundled head: below it, people's necks are cut in another way
@@ -198,7 +198,8 @@ def population(ours: Speaker, scans: Speaker) -> Population:
         fields[0, eye] = pupil - vertices[near].mean(axis=0)
         fields[1:, eye] = deltas[:, there].mean(axis=1)[:, None]
     fields = _mirrored(vertices, fields)
-    return _as_large(ours, Population(fields[0], fields[1:]))
+    some = np.sqrt((fields[1:] ** 2).sum(axis=2).mean(axis=1)) > LEAST
+    return _as_large(ours, Population(fields[0], fields[1:][some]))
 
 
 def _mirrored(vertices: FloatArray, fields: FloatArray) -> FloatArray:
@@ -246,6 +247,7 @@ def main() -> int:
     parser.add_argument(
         "output", nargs="?", type=Path, default=Path(__file__).resolve().parent / "population"
     )
+    parser.add_argument("--sheet", type=Path, metavar="PICTURE", help="both heads, to look at")
     args = parser.parse_args()
     ours, scans = load_speaker(), load_speaker(args.face)
     if not any(name.startswith(COMPONENT) for name in scans.identity_names):
@@ -254,7 +256,8 @@ def main() -> int:
     found = population(ours, scans)
     args.output.mkdir(parents=True, exist_ok=True)
     found.save(args.output / FILE)
-    cv2.imwrite("registered.png", sheet(ours, found)[..., ::-1])
+    if args.sheet is not None:
+        cv2.imwrite(str(args.sheet), sheet(ours, found)[..., ::-1])
     return 0
 
 

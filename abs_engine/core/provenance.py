@@ -17,7 +17,10 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 _BUILT = _PACKAGE / "_data" / "commit.json"  # written when a wheel is built
 CODE = ("abs_engine", "shaders", "assets", "pyproject.toml", "constraints.txt")
 """What results depend on; changes of pages and tests do not count."""
-_DATA = ("shaders", "assets/speaker", "assets/detector", "assets/lips", "assets/postures")
+_DATA = (
+    "shaders", "assets/speaker", "assets/detector", "assets/lips", "assets/postures",
+    "assets/population",
+)  # fmt: skip
 
 
 @cache

@@ -24,9 +24,10 @@ def load(pupils: float | None, unknown: bool) -> None:
     from abs_engine.tracking.scale import pupil_distance, pupil_scale
 
     with suppress(AbsEngineError):
-        apart, speaker = pupil_scale(pupils).pupils, average_person()
+        apart = pupil_scale(pupils).pupils
         if unknown:
             with one_thread():
+                speaker = average_person()
                 sized_head(speaker, apart / pupil_distance(speaker, speaker.vertices))
     code_digest()
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from abs_engine.core.threads import kept
 from abs_engine.face.shape.population import average_person
 from abs_engine.io.assets import Speaker, load_speaker, shipped
 from abs_engine.io.npz import read_npz
@@ -23,8 +23,15 @@ _AGAIN = "make it again with assets/make_landmarks.py"
 def anybody(speaker: Speaker, correspondence: Correspondence) -> tuple[Speaker, Correspondence]:
     """The head and the landmarks of a person of whom nothing is known.
 
-    Of the bundled head, people's average and the network's errors on people; the landmark network
-    was trained on people, and errs otherwise on heads that look like none. Any other head as it is.
+    Of the head that is given by default, the average person and the network's errors on such heads:
+    the landmark network was trained on people, and its errors differ on heads unlike any of theirs.
+    Any other head is returned unchanged. Close-ups, starts from colours and measured points do not
+    begin here, but with the bundled head.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        As `load_population`.
     """
     if speaker is not load_speaker():
         return speaker, correspondence
@@ -37,9 +44,9 @@ def save_noise(path: Path, noise: LandmarkNoise) -> None:
     np.savez_compressed(path, format=FORMAT, version=VERSION, **arrays)
 
 
-@cache
+@kept
 def people_noise() -> LandmarkNoise:
-    """The network's errors on drawings of people, measured by ``assets/make_landmarks.py``.
+    """The network's errors on drawings of expected people, by ``assets/make_landmarks.py``.
 
     Raises
     ------

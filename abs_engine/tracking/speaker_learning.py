@@ -181,14 +181,14 @@ class Learner:
         check_variety(again)
         self.tell("learning the postures")
         space = self.postures(head, again)
-        anybody = self.explained(again, head)
+        usual = self.explained(again, head)
         if space is not None:
             face = head.moving(space)
             own = self.explained(again, face)
-            if own >= anybody - LEARNING.worse:
+            if own >= usual - LEARNING.worse:
                 return face, space, again, own
         space = PostureSpace.of_anybody(head.expression, head.posture, head.steps)
-        return head, space, again, anybody
+        return head, space, again, usual
 
     def postures(self, head: SpeakerFace, recordings: Sequence[Recording]) -> PostureSpace | None:
         """The speaker's own postures; None where too few frames show them, or all are noise."""

@@ -63,7 +63,15 @@ def test_without_either_the_commit_is_unknown_and_nothing_is_published(package):
     assert "not known" in caution({"engine_version": "0.1.0"})  # a result of an older release
 
 
-@pytest.mark.parametrize("file", ["b.py", "../assets/speaker/head.npz", "_data/shaders/a.glsl"])
+@pytest.mark.parametrize(
+    "file",
+    [
+        "b.py",
+        "../assets/speaker/head.npz",
+        "../assets/population/heads.npz",
+        "_data/shaders/a.glsl",
+    ],
+)
 def test_the_digest_of_the_code_changes_with_it_and_with_its_data(package, file):
     before = provenance.code_digest()
     (package / file).parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""People's heads on the bundled head's mesh: nothing tears, and what people are is kept."""
+"""People's heads on the bundled head's mesh: nothing tears, and what sets people apart is kept."""
 
 from __future__ import annotations
 
@@ -99,4 +99,11 @@ def test_a_file_of_another_mesh_is_refused(tmp_path, monkeypatch):
     Population(found.mean[:-1], found.components[:, :-1]).save(tmp_path / "heads.npz")
     monkeypatch.setattr(population, "shipped", lambda name: tmp_path)
     with pytest.raises(ModelFormatError, match="make it again with assets/make_population"):
-        load_population.__wrapped__()
+        load_population.__wrapped__.__wrapped__()
+
+
+def test_components_are_as_much_larger_as_the_head():
+    none = np.zeros((0, *V.shape), np.float32)
+    usual, larger = (load_population().pooled(none, factor) for factor in (1.0, 1.1))
+    np.testing.assert_allclose(larger, 1.1 * usual, rtol=1e-5)
+    assert np.sqrt((usual**2).sum(axis=2).mean(axis=1)).min() > 0.05  # mm: none is empty

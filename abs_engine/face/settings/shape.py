@@ -54,14 +54,15 @@ class ShapeSettings:
     target_macro : float, weight
         The same of whole people, chosen by the same.
     scanned : float, share
-        Of people's heads that are like a model made after scans, of an unknown person; the others
-        are like the bundled head, which an artist made. The average lies as far between the two.
-        Chosen of 0, 0.3 and 0.5 on eight films of other heads (seed 1), whose rotation is off by
-        1.6, 1.4 and 1.4 degrees, and on six films of the bundled people as unknown, whose lips are
-        off by 2.7, 2.8 and 2.9 mm.
+        Of an unknown person's prior that comes from a face model made after scans (ICT-FaceKit);
+        the rest is the bundled head's, which an artist made. The mean lies as far from the one to
+        the other. Chosen of 0, 0.3 and 0.5 on eight films of ICT's heads (seed 1), whose rotation
+        is off by 1.6, 1.4 and 1.4 degrees, and on six films of the bundled people as unknown, whose
+        lips are off by 2.7, 2.8 and 2.9 mm.
     identity_modes : int
-        Directions of targets and smooth fields together that are kept. Measured: they hold 98 % of
-        the variance that proportions leave of both.
+        Directions of targets, smooth fields and people's components together that are kept.
+        Measured: they hold 98 % of the variance that proportions leave of the first two, 99 % of
+        all.
     head_breadth : float, mm
         Standard deviation of people. From Gordon et al. 1989 (ANSUR), men's, differences of size
         among them.

@@ -1,4 +1,4 @@
-"""The identity prior: the whole head as a Gaussian over all shape targets of a speaker."""
+"""The identity prior: the whole head as a Gaussian over shape targets and people's components."""
 
 from __future__ import annotations
 

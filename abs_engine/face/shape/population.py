@@ -7,12 +7,12 @@ Physically-Based Face Attributes", CVPR 2020), carried over to the bundled head'
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.threads import kept
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.io.arrays import Layout, real
 from abs_engine.io.assets import Speaker, load_speaker, shipped
@@ -29,14 +29,15 @@ _LAYOUT: Layout = {
 
 @dataclass(frozen=True, eq=False)
 class Population:
-    """The heads of people, by displacements of the bundled head's vertices, at its size.
+    """People's heads, as displacements of the bundled head's vertices, at the bundled head's size.
 
     Parameters
     ----------
     mean : (V, 3) float16, mm
         From the bundled head to people's average head, the pupils as far apart.
     components : (K, V, 3) float16, mm
-        Directions in which people differ, each one standard deviation long.
+        Directions in which people differ, each one standard deviation long; both sides of a face
+        alike, since other modes let these differ.
     """
 
     mean: NDArray[np.float16]
@@ -47,17 +48,17 @@ class Population:
         np.savez_compressed(path, format=FORMAT, version=VERSION, **vars(self))
 
     def pooled(self, modes: NDArray[np.float32], factor: float) -> NDArray[np.float32]:
-        """Modes (M, V, 3) of an artist's heads and people's, (M + K, V, 3), mm.
+        """Modes (M, V, 3) of an artist's heads, mm, and people's at a size, (M + K, V, 3).
 
-        Of heads drawn from both, a share `SHAPE.scanned` people's, which are larger than the
-        bundled head by a factor.
+        Their covariance is a share `SHAPE.scanned` people's, the rest the artist's. How far the two
+        averages lie apart is not added to it. `factor` is the size over the bundled head's.
         """
         share = SHAPE.scanned
         scans = self.components.astype(np.float32) * np.float32(factor * np.sqrt(share))
         return np.concatenate([np.asarray(modes * np.sqrt(1.0 - share), np.float32), scans])
 
 
-@cache
+@kept
 def load_population() -> Population:
     """The population that is shipped, see ``assets/population/PROVENANCE.md``.
 
@@ -74,9 +75,15 @@ def load_population() -> Population:
     return Population(data["mean"], data["components"])
 
 
-@cache
+@kept
 def average_person() -> Speaker:
-    """The bundled head, moved a share `SHAPE.scanned` of the way to people's average head."""
+    """The bundled head, moved a share `SHAPE.scanned` of the way to people's average head.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        As `load_population`.
+    """
     speaker = load_speaker()
     moved = np.float32(SHAPE.scanned) * load_population().mean.astype(np.float32)
     return replace(speaker, vertices=speaker.vertices + moved)
