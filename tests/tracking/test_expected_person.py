@@ -43,7 +43,7 @@ def test_the_network_errs_less_alike_on_people_than_on_an_artists_heads():
         height = load_correspondence(load_speaker()).of(load_speaker().vertices)[:, 1]
         return abs(np.polyfit(height, noise.bias[:, 2], 1)[0])
 
-    assert nod(people_noise()) < 0.9 * nod(artists)
+    assert nod(people_noise()) < 0.8 * nod(artists)
 
 
 def test_a_noise_is_read_as_it_was_saved(tmp_path, monkeypatch):
