@@ -31,8 +31,7 @@ from abs_engine.face.shape.population import average_person
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.expected_person import FILE as NOISE
-from abs_engine.tracking.expected_person import save_noise
+from abs_engine.tracking.expected_person import NOISE, save_noise
 from abs_engine.tracking.face_detection import find_face
 from abs_engine.tracking.landmark_correspondence import (
     FILE,
@@ -164,9 +163,9 @@ def main() -> int:
     found = learn_correspondence(speaker, list(all_sightings(speaker)))
     found = replace(found, noise=_noise(found, speaker, head_modes(speaker)))
     found.save(folder / FILE)
-    population = folder.parent / "population"
-    population.mkdir(parents=True, exist_ok=True)
-    save_noise(population / NOISE, _noise(found, *sized_head(average_person(), 1.0)))
+    noise = folder.parent / NOISE
+    noise.parent.mkdir(parents=True, exist_ok=True)
+    save_noise(noise, _noise(found, *sized_head(average_person(), 1.0)))
     off = ", ".join(f"{mm:.1f}" for mm in np.median(found.deviation, axis=0))
     print(f"{FILE}: landmarks are off by {off} mm (median: across, down, in depth)")
     return 0

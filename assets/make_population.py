@@ -27,7 +27,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import vertex_normals
 from abs_engine.core.scene import Scene
 from abs_engine.face.schema import COMPONENT
-from abs_engine.face.shape.population import FILE, Population
+from abs_engine.face.shape.population import HEADS, Population
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.rendered_landmarks import Light, lit_picture, pose_of
@@ -255,7 +255,7 @@ def main() -> int:
         return 2
     found = population(ours, scans)
     args.output.mkdir(parents=True, exist_ok=True)
-    found.save(args.output / FILE)
+    found.save(args.output / Path(HEADS).name)
     if args.sheet is not None:
         cv2.imwrite(str(args.sheet), sheet(ours, found)[..., ::-1])
     return 0

@@ -16,7 +16,7 @@ from abs_engine.tracking.landmark_correspondence import Correspondence
 from abs_engine.tracking.landmark_noise import LAYOUT, LandmarkNoise
 
 FORMAT, VERSION = "abs_engine.landmark_noise", 1
-FILE = "landmark_noise.npz"
+NOISE = "population/landmark_noise.npz"
 _AGAIN = "make it again with assets/make_landmarks.py"
 
 
@@ -50,10 +50,7 @@ def people_noise() -> LandmarkNoise:
 
     Raises
     ------
-    InputFileError
-        If the file is missing.
-    ModelFormatError
-        If it has another layout.
+    InputFileError, ModelFormatError
+        As `load_population`.
     """
-    path = shipped("population") / FILE
-    return LandmarkNoise.of_arrays(read_npz(path, FORMAT, VERSION, LAYOUT, _AGAIN))
+    return LandmarkNoise.of_arrays(read_npz(shipped(NOISE), FORMAT, VERSION, LAYOUT, _AGAIN))

@@ -97,7 +97,7 @@ def test_a_person_of_the_model_lies_within_what_is_expected():
 def test_a_file_of_another_mesh_is_refused(tmp_path, monkeypatch):
     found = load_population()
     Population(found.mean[:-1], found.components[:, :-1]).save(tmp_path / "heads.npz")
-    monkeypatch.setattr(population, "shipped", lambda name: tmp_path)
+    monkeypatch.setattr(population, "shipped", lambda name: tmp_path / "heads.npz")
     with pytest.raises(ModelFormatError, match="make it again with assets/make_population"):
         load_population.__wrapped__.__wrapped__()
 

@@ -19,7 +19,7 @@ from abs_engine.io.assets import Speaker, load_speaker, shipped
 from abs_engine.io.npz import read_npz
 
 FORMAT, VERSION = "abs_engine.population", 1
-FILE = "heads.npz"
+HEADS = "population/heads.npz"
 _AGAIN = "make it again with assets/make_population.py"
 _LAYOUT: Layout = {
     "mean": real("V", 3, dtype=np.float16),
@@ -69,9 +69,8 @@ def load_population() -> Population:
     ModelFormatError
         If it has another layout.
     """
-    path = shipped("population") / FILE
     vertices = len(load_speaker().vertices)
-    data = read_npz(path, FORMAT, VERSION, _LAYOUT, _AGAIN, V=vertices)
+    data = read_npz(shipped(HEADS), FORMAT, VERSION, _LAYOUT, _AGAIN, V=vertices)
     return Population(data["mean"], data["components"])
 
 
