@@ -80,6 +80,46 @@ class Surface:
         return np.einsum("nk,nkd->nd", self.weights[at], deltas[self.corners[at]])
 
 
+@dataclass(frozen=True, eq=False)
+class Laid:
+    """Our head laid on the average head of scans, which is turned as ours and about its middle.
+
+    Parameters
+    ----------
+    moved : (V, 3) float64, mm
+        Our vertices, there.
+    theirs : (W, 3) float64, mm
+        The other head's.
+    turn : (3, 3) float64
+        From the other head's frame to ours.
+    larger : float
+        Our size over theirs, by landmarks.
+    skin : Surface
+        The other head's.
+    """
+
+    moved: FloatArray
+    theirs: FloatArray
+    turn: FloatArray
+    larger: float
+    skin: Surface
+
+    @classmethod
+    def of(cls, ours: Speaker, scans: Speaker) -> Laid:
+        """Our head, laid on another."""
+        vertices, theirs = ours.vertices.astype(np.float64), scans.vertices.astype(np.float64)
+        marks, others = (
+            v[head.points["landmark_68"][INNER]] for head, v in ((ours, vertices), (scans, theirs))
+        )
+        turn, larger = similarity(marks, others)
+        middle = marks.mean(axis=0)
+        theirs = (theirs - others.mean(axis=0)) @ turn.T + middle
+        skin = Surface.of(scans, theirs)
+        start = (vertices - middle) / larger + middle
+        moved = registered(ours, start, theirs[scans.points["landmark_68"][INNER]], skin)
+        return cls(moved, theirs, turn, larger, skin)
+
+
 def _skin(head: Speaker) -> BoolArray:
     return np.isin(head.facet_class, [head.class_id(name) for name in SKIN])
 
@@ -173,25 +213,17 @@ def eye_middles(
 
 def population(ours: Speaker, scans: Speaker) -> Population:
     """The average head of scans, as ours is meshed, and the components of how people differ."""
-    vertices, theirs = ours.vertices.astype(np.float64), scans.vertices.astype(np.float64)
-    marks, others = (
-        v[head.points["landmark_68"][INNER]] for head, v in ((ours, vertices), (scans, theirs))
-    )
-    turn, larger = similarity(marks, others)
-    middle = marks.mean(axis=0)
-    theirs = (theirs - others.mean(axis=0)) @ turn.T + middle
-    skin = Surface.of(scans, theirs)
-    start = (vertices - middle) / larger + middle
-    moved = registered(ours, start, theirs[scans.points["landmark_68"][INNER]], skin)
+    vertices, laid = ours.vertices.astype(np.float64), Laid.of(ours, scans)
+    moved, skin = laid.moved, laid.skin
     own, at = trusted(ours, moved, skin)
     chosen = spread_out(vertices[own])
     own, at = own[chosen], at[chosen]
     parts = [k for k, name in enumerate(scans.identity_names) if name.startswith(COMPONENT)]
-    deltas = scans.identity[parts[:COMPONENTS]].astype(np.float64) @ turn.T
+    deltas = scans.identity[parts[:COMPONENTS]].astype(np.float64) @ laid.turn.T
     values = [moved[own] - vertices[own], *(skin.moved(one, at) for one in deltas)]
     field = RBFInterpolator(vertices[own], np.hstack(values), kernel="linear", smoothing=SMOOTHING)
     fields = field(vertices).reshape(len(vertices), -1, 3).swapaxes(0, 1)
-    seen = eye_middles(scans, theirs)
+    seen = eye_middles(scans, laid.theirs)
     for (pupil, there), near, (_, eye) in zip(
         seen, pupil_vertices(ours), eye_middles(ours, vertices), strict=True
     ):

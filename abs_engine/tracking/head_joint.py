@@ -171,8 +171,9 @@ class _System:
     ) -> tuple[Equations, Equations | None]:
         """Equations of a frame's landmarks and pupils."""
         p, guess, pupils = self.problem, self.head.guess(frame), frames[frame].pupils
-        alike = HEAD_POSE.known_alike if p.known else 1.0
-        by_landmarks = landmark_equations(p.shape, p.noise, seen[frame], guess, alike)
+        by_landmarks = landmark_equations(
+            p.shape, p.noise, seen[frame], guess, HEAD_POSE.joint_alike
+        )
         if pupils is None:
             return by_landmarks, None
         own, modes = p.eyes(self.head.identity)

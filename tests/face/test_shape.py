@@ -168,12 +168,12 @@ def test_ten_modes_hold_a_posture_that_was_not_trained_on(speaker, mouth):
     assert np.sqrt(np.mean(np.square(sizes))) > 2.5
 
 
-def test_generators_times_a_factor_of_their_own_have_the_moments_of_samples():
+def test_generators_that_a_share_of_the_postures_has_again_have_the_moments_of_samples():
     rng = np.random.default_rng(4)
     weights = rng.normal(size=(200_000, 3)) @ rng.normal(size=(3, 3)) + [1.0, 2.0, -1.0]
-    factors = rng.normal(0.8, 0.5, (len(weights), 2))
-    sampled = Postures.of(np.c_[weights, weights[:, [0, 2]] * factors])
-    found = Postures.of(weights).varied([0, 2], 0.8, 0.5)
+    again = rng.random((len(weights), 1)) < 0.3
+    sampled = Postures.of(np.c_[weights, weights * again])
+    found = Postures.of(weights).partly_again(0.3)
     np.testing.assert_allclose(found.mean, sampled.mean, atol=0.02)
     np.testing.assert_allclose(found.covariance, sampled.covariance, atol=0.1)
 
@@ -186,4 +186,4 @@ def test_lips_of_anybody_go_farther_from_front_to_back():
     )
     spread = [np.sqrt((modes.astype(np.float64) ** 2).sum(axis=(0, 1))) for modes in (own, anybody)]
     assert spread[1][2] > 1.1 * spread[0][2]
-    np.testing.assert_allclose(spread[1][:2], spread[0][:2], rtol=0.05)
+    np.testing.assert_allclose(spread[1][:2], spread[0][:2], rtol=0.2)

@@ -30,16 +30,11 @@ class ShapeSettings:
         the strangers' clips, where r of the width with the detector's is 0.57, 0.96 and 0.99 in p07
         and 0.85, 0.89 and 0.89 in p02, and on the demo, where the head's direction is off by 0.5,
         0.6 and 0.8 degrees and with 0.5 a closed frame is missed.
-    deeper : float, share
-        By which lips of an unknown person go farther from front to back than the units of the
-        bundled head take them, in the mean: between those units and others, see
-        `face.shape.mouth.mouth_shape`. Measured on films of other heads (seeds 1, 2, 3): the lips'
-        motion is off by 1.8, 1.9 and 1.8 mm with 0, by 1.6, 1.7 and 1.6 mm with 0.5, by 1.6 mm in
-        each with 0.8. On films of the bundled people, whom the units fit, lips are off by 2.6, 2.8
-        and 3.0 mm.
-    deeper_spread : float, share
-        Standard deviation of that, from posture to posture. Chosen of 0.3, 0.5 and 0.8 on six of
-        the films of seed 1, where with 0.8 and no `deeper` nothing is gained.
+    scanned_units : float, share of the postures
+        Of an unknown person that face units move which were made after scans (ICT FaceKit), in
+        place of the bundled head's, see `face.shape.mouth.mouth_shape`. Chosen of 0, 0.5 and 1 on
+        16 films of that model's heads (seeds 1 and 2), whose lips are off by 1.6, 1.5 and 1.4 mm:
+        with 1, nothing of the bundled head's own units would be left.
     widest_jaw : float, weight of `jawOpen`
         Beyond which it is yawning, not speech. Not measured.
     mouth_reach : float, mm
@@ -101,8 +96,7 @@ class ShapeSettings:
     reach: float = 85.0
     one_sided: float = 0.4
     recorded: float = 0.2
-    deeper: float = 0.5
-    deeper_spread: float = 0.5
+    scanned_units: float = 0.5
     widest_jaw: float = 0.55
     mouth_reach: float = 30.0
     mouth_far: float = 2.5

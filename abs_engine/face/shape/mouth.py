@@ -9,6 +9,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import LinearShape, principal_shapes
 from abs_engine.face.shape.postures import Postures, recorded_postures
+from abs_engine.face.shape.scanned_units import unit_differences
 from abs_engine.io.assets import Speaker
 
 # unit (both sides where it has two): largest weight, and how often it takes part
@@ -32,7 +33,6 @@ _ACTIONS: dict[str, tuple[float, float]] = {
     "jawRight": (0.4, 0.12),
     "jawForward": (0.3, 0.15),
 }
-_PROTRUDING = ("mouthFunnel", "mouthPucker", "mouthSmile", "mouthStretch")
 # jaw opening, per unit of weight, that keeps the lips of this head from passing into each other
 _PRESSING = {
     "mouthPucker": 0.08,
@@ -56,10 +56,9 @@ def mouth_shape(
     The recorded ones, a share `SHAPE.recorded`, are large and move together as a face does; the
     authored ones have every action of speech, closures and one-sided ones among them.
 
-    Units that an artist made, MakeHuman's, push and draw back the lips by 0.2 to 0.7 of what those
-    do that were made after scans, ICT FaceKit's (Li et al., "Learning Formation of Physically-Based
-    Face Attributes", CVPR 2020). Where the person may be `anybody`, lips therefore go farther from
-    front to back, by a share that differs from posture to posture.
+    The bundled head's units were made by an artist, MakeHuman's; ICT FaceKit's, which were made
+    after scans, move lips otherwise, and farther from front to back. Where the person may be
+    `anybody`, these move the face in a share `SHAPE.scanned_units` of the postures.
 
     Parameters
     ----------
@@ -75,16 +74,15 @@ def mouth_shape(
     Returns
     -------
     LinearShape
-        Its generators are the units of `mouth_units` and, for `anybody`, the depths of some.
+        Its generators are the units of `mouth_units` and, for `anybody`, how those of scans differ.
     """
     names = mouth_units()
     units = speaker.unit_matrix(names)
     authored = Postures.of(sample_postures(4000, seed))
     postures = recorded_postures(names).pooled(authored, SHAPE.recorded)
     if anybody:
-        parts = [k for k, name in enumerate(names) if name.startswith(_PROTRUDING)]
-        units = np.concatenate([units, units[parts] * np.array([0, 0, 1], np.float32)])
-        postures = postures.varied(parts, SHAPE.deeper, SHAPE.deeper_spread)
+        units = np.concatenate([units, unit_differences(names)])
+        postures = postures.partly_again(SHAPE.scanned_units)
     return principal_shapes(neutral, units, postures, n_modes, _importance(speaker))
 
 

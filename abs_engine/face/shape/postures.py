@@ -46,22 +46,15 @@ class Postures:
             share * self.mean + rest * other.mean, within + share * rest * np.outer(apart, apart)
         )
 
-    def varied(self, parts: Sequence[int], mean: float, spread: float) -> Postures:
-        """Moments with K more generators: some of these times factors that differ by posture.
+    def partly_again(self, share: float) -> Postures:
+        """Moments with the same generators once more, which only a share of the postures has.
 
-        Parameters
-        ----------
-        parts : sequence of int, K
-            Which.
-        mean, spread : float
-            Mean and standard deviation of the factors, each independent of the others and of the
-            weights.
+        There both have the same weights; the second are 0 in the other postures.
         """
-        c, own = self.covariance, self.mean[list(parts)]
-        across, among = mean * c[list(parts)], c[np.ix_(parts, parts)]
-        alone = np.diag(spread**2 * (np.diag(among) + own**2))
-        covariance = np.block([[c, across.T], [across, mean**2 * among + alone]])
-        return Postures(np.r_[self.mean, mean * own], covariance)
+        c, apart = self.covariance, np.outer(self.mean, self.mean)
+        again = share * c + share * (1.0 - share) * apart
+        whole = np.block([[c, share * c], [share * c, again]])
+        return Postures(np.r_[self.mean, share * self.mean], whole)
 
 
 def recorded_postures(names: Sequence[str], path: Path | None = None) -> Postures:

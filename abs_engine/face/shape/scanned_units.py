@@ -1,0 +1,60 @@
+"""Face units that were made after scans: how they move a face otherwise than an artist's do.
+
+Units of a face model (Li et al., "Learning Formation of Physically-Based Face Attributes", CVPR
+2020), carried over to the bundled head's mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ModelFormatError
+from abs_engine.io.arrays import Layout, real, text
+from abs_engine.io.assets import load_speaker, shipped
+from abs_engine.io.npz import read_npz
+
+FORMAT, VERSION = "abs_engine.units", 1
+UNITS = "population/units.npz"
+_AGAIN = "make it again with assets/make_units.py"
+_LAYOUT: Layout = {
+    "unit_names": text("N"),
+    "differences": real("N", "V", 3, dtype=np.float16),
+}
+
+
+def save_units(path: Path, names: Sequence[str], differences: NDArray[np.floating]) -> None:
+    """Write an ``.npz`` of units (N,) and their differences (N, V, 3), mm, at half precision."""
+    half = np.asarray(differences, np.float16)
+    np.savez_compressed(
+        path, format=FORMAT, version=VERSION, unit_names=np.array(names), differences=half
+    )
+
+
+def unit_differences(names: Sequence[str]) -> NDArray[np.float32]:
+    """What units of scans add to the bundled head's own, (N, V, 3), mm at weight 1.
+
+    See ``assets/population/PROVENANCE.md``.
+
+    Parameters
+    ----------
+    names : sequence of str
+        ARKit's, in the order that is asked for.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing.
+    ModelFormatError
+        If it has another layout, or lacks a unit.
+    """
+    path = shipped(UNITS)
+    data = read_npz(path, FORMAT, VERSION, _LAYOUT, _AGAIN, V=len(load_speaker().vertices))
+    known = {str(name): k for k, name in enumerate(data["unit_names"])}
+    missing = [name for name in names if name not in known]
+    if missing:
+        raise ModelFormatError(f"{path} says nothing of {missing[0]}", _AGAIN)
+    return np.asarray(data["differences"][[known[name] for name in names]], np.float32)

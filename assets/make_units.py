@@ -1,0 +1,184 @@
+"""How face units that were made after scans move a face, on the bundled head's mesh.
+
+Usage: ``abs-engine import FOLDER -o ict.face``, with the folder that ``population/PROVENANCE.md``
+names, then ``python assets/make_units.py ict.face [OUTPUT_FOLDER]``. The bundled head is laid on
+the model's average head; skin goes along with the skin that it lies on, and contours of lips with
+those at the same share of their lengths. It writes ``units.npz``, and with ``--sheet PICTURE``
+postures by both heads' units. It takes a minute.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+from make_population import Laid, trusted
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
+from scipy.spatial import cKDTree
+
+from abs_engine.core.arrays import FloatArray
+from abs_engine.core.camera import Camera
+from abs_engine.core.scene import Scene
+from abs_engine.face.rings import lip_rings
+from abs_engine.face.shape.mouth import mouth_units
+from abs_engine.face.shape.scanned_units import UNITS, save_units
+from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.tracking.rendered_landmarks import Light, lit_picture, pose_of
+
+STIFF, ON_CONTOUR = 3.0, 300.0
+"""Weight of smoothness, and of a point of a contour or of a tooth, beside a point of the skin."""
+INSIDE = ("upper_teeth", "lower_teeth", "tongue", "eyes")
+"""What moves as before."""
+SHOWN: tuple[dict[str, float], ...] = (
+    {"jawOpen": 0.5},
+    {"jawOpen": 0.5, "mouthClose": 0.5},
+    {"mouthFunnel": 0.8, "jawOpen": 0.15},
+    {"mouthPucker": 0.9},
+    {"mouthSmileLeft": 0.7, "mouthSmileRight": 0.7, "jawOpen": 0.2},
+    {"mouthRollLower": 0.7, "mouthRollUpper": 0.6},
+    {f"mouth{way}{side}": 0.7 for way in ("UpperUp", "LowerDown") for side in ("Left", "Right")},
+    {"mouthLeft": 0.5},
+)
+
+
+def contours(head: Speaker, vertices: FloatArray) -> list[NDArray[np.integer]]:
+    """The outer contour's upper and lower way, and the inner contours, each from -x to x."""
+    rings = lip_rings(head)
+    first, last = rings["corners"]
+    outer = np.roll(rings["outer"], -int(np.flatnonzero(rings["outer"] == first)[0]))
+    there = int(np.flatnonzero(outer == last)[0])
+    halves = [outer[: there + 1], np.r_[outer[there:], outer[:1]]]
+    halves.sort(key=lambda way: -float(vertices[way, 1].mean()))
+    ways = [*halves, rings["upper"], rings["lower"]]
+    return [way if vertices[way[0], 0] < vertices[way[-1], 0] else way[::-1] for way in ways]
+
+
+def shares(vertices: FloatArray, way: NDArray[np.integer]) -> FloatArray:
+    """Shares of a contour's length, 0 to 1, up to each of its vertices."""
+    lengths = np.linalg.norm(np.diff(vertices[way], axis=0), axis=1).cumsum()
+    return np.asarray(np.r_[0.0, lengths] / lengths[-1])
+
+
+def on_contours(
+    ours: Speaker, scans: Speaker, laid: Laid, deltas: FloatArray
+) -> Iterator[tuple[NDArray[np.integer], FloatArray]]:
+    """Vertices (N,) of each contour of our lips, and how units (U, W, 3) move them (U, N, 3)."""
+    own = ours.vertices.astype(np.float64)
+    pairs = zip(contours(ours, own), contours(scans, laid.theirs), strict=True)
+    for way, other in pairs:
+        at, known = shares(own, way), shares(laid.theirs, other)
+        moves = deltas[:, other]
+        yield (
+            way,
+            np.stack(
+                [[np.interp(at, known, one[:, d]) for d in range(3)] for one in moves]
+            ).swapaxes(1, 2),
+        )
+
+
+def differences(ours: Speaker, scans: Speaker, names: tuple[str, ...]) -> FloatArray:
+    """By how much their units move our vertices otherwise than our own do, (U, V, 3), mm."""
+    laid, units = Laid.of(ours, scans), ours.unit_matrix(names).astype(np.float64)
+    deltas = scans.unit_matrix(names).astype(np.float64) @ laid.turn.T
+    weight = np.zeros(len(ours.vertices))
+    wanted = np.zeros((len(names), len(weight), 3))
+    lips = np.concatenate([ours.vertices_of(name) for name in ("upper_lip", "lower_lip")])
+    skin, at = trusted(ours, laid.moved, laid.skin)
+    plain = ~np.isin(skin, lips)
+    skin, at = skin[plain], at[plain]
+    weight[skin] = 1.0
+    wanted[:, skin] = np.stack([laid.skin.moved(one, at) for one in deltas]) * laid.larger
+    wanted[:, skin] -= units[:, skin]
+    for way, moves in on_contours(ours, scans, laid, deltas):
+        weight[way] = ON_CONTOUR
+        wanted[:, way] = moves * laid.larger - units[:, way]
+    for name in INSIDE:
+        weight[ours.vertices_of(name)] = ON_CONTOUR
+    return _mirrored(ours, _smooth(ours, weight, wanted), names)
+
+
+def _smooth(ours: Speaker, weight: FloatArray, wanted: FloatArray) -> FloatArray:
+    """The smoothest fields (U, V, 3) over the mesh that are nearly as wanted where that has weight.
+
+    Copies of a vertex at seams of the texture are one, so that the skin does not tear; upper and
+    lower lip are joined by their corners alone.
+    """
+    _, one = np.unique(ours.weld, return_inverse=True)
+    count = int(one.max()) + 1
+    faces = one[ours.faces]
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    beside = sparse.coo_matrix((np.ones(len(edges)), edges.T), (count, count))
+    beside = ((beside + beside.T) > 0).astype(float)
+    degree = np.maximum(np.asarray(beside.sum(axis=1)).ravel(), 1.0)
+    laplacian = sparse.diags(1 / degree) @ beside - sparse.identity(count)
+    total = np.bincount(one, weight, count)
+    pulled = np.zeros((count, wanted.shape[0] * 3))
+    np.add.at(pulled, one, (wanted * weight[:, None]).swapaxes(0, 1).reshape(len(one), -1))
+    held = sparse.diags(total + 1e-6) + STIFF * laplacian.T @ laplacian
+    found = splu(held.tocsc()).solve(pulled)
+    return np.asarray(found[one].reshape(len(one), -1, 3).swapaxes(0, 1))
+
+
+def _mirrored(ours: Speaker, fields: FloatArray, names: tuple[str, ...]) -> FloatArray:
+    """Fields (U, V, 3) of units, each the mean of itself and the other side's mirror image."""
+    other_side = np.array([-1.0, 1.0, 1.0])
+    vertices = ours.vertices.astype(np.float64)
+    across = cKDTree(vertices).query(vertices * other_side)[1]
+    sides = {"Left": "Right", "Right": "Left"}
+    twins = [
+        next((n.removesuffix(a) + b for a, b in sides.items() if n.endswith(a)), n) for n in names
+    ]
+    twin = fields[[names.index(name) for name in twins]]
+    return np.asarray(0.5 * (fields + twin[:, across] * other_side))
+
+
+def sheet(ours: Speaker, other: FloatArray, names: tuple[str, ...]) -> NDArray[np.uint8]:
+    """Postures, by our units (above) and by those of the scans, each from two sides."""
+    own, rows = ours.unit_matrix(names).astype(np.float64), []
+    classes, paint = ours.facet_class.astype(np.int32), ours.texture(next(iter(ours.people)))
+    light, camera = Light(np.array([0.5, -0.5, -1.0]), 0.3, 0.8), Camera.ideal((420, 420))
+    none, rest = np.zeros((0, *ours.vertices.shape), np.float32), ours.vertices.astype(np.float64)
+    away = np.array([0.0, 0.0, 420.0])
+    poses = [pose_of(ours, rest, (0.0, 0.0, yaw), away) for yaw in (0.0, 1.0)]
+    for units in (own, own + other):
+        shown = []
+        for posture in SHOWN:
+            moved = rest + sum(w * units[names.index(name)] for name, w in posture.items())
+            scene = Scene(moved.astype(np.float32), none, ours.faces, ours.uv, classes, paint)
+            pictures = [lit_picture(scene, p, camera, CpuRenderer(), light) for p in poses]
+            shown.append(np.vstack([one[190:400, 90:330] for one in pictures]))
+        rows.append(np.hstack(shown))
+    return np.vstack(rows)
+
+
+def main() -> int:
+    """Write the file and the sheet."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("face", type=Path, help="ICT's model, imported")
+    parser.add_argument(
+        "output", nargs="?", type=Path, default=Path(__file__).resolve().parent / "population"
+    )
+    parser.add_argument("--sheet", type=Path, metavar="PICTURE", help="postures, to look at")
+    args = parser.parse_args()
+    ours, scans, names = load_speaker(), load_speaker(args.face), mouth_units()
+    missing = [name for name in names if name not in scans.unit_names]
+    if missing:
+        print(f"make_units: {args.face} lacks the unit {missing[0]}", file=sys.stderr)
+        return 2
+    found = differences(ours, scans, names)
+    args.output.mkdir(parents=True, exist_ok=True)
+    save_units(args.output / Path(UNITS).name, names, found)
+    if args.sheet is not None:
+        cv2.imwrite(str(args.sheet), sheet(ours, found, names)[..., ::-1])
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

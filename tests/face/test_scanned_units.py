@@ -1,0 +1,88 @@
+"""Units of scans on the bundled head's mesh: nothing tears, closed lips stay closed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from abs_engine.core.errors import ModelFormatError
+from abs_engine.face.rings import lip_rings
+from abs_engine.face.shape import scanned_units
+from abs_engine.face.shape.mouth import mouth_units
+from abs_engine.face.shape.scanned_units import save_units, unit_differences
+from abs_engine.io.assets import load_speaker
+
+SPEAKER, NAMES = load_speaker(), mouth_units()
+V = SPEAKER.vertices.astype(np.float64)
+
+
+def own_and_scanned():
+    """The bundled head's units, and those of scans, (2, N, V, 3)."""
+    own = SPEAKER.unit_matrix(NAMES).astype(np.float64)
+    return own, own + unit_differences(NAMES)
+
+
+def moved(units, **weights):
+    """What units (N, V, 3) do to the head at some weights, (V, 3)."""
+    return sum(weight * units[NAMES.index(name)] for name, weight in weights.items())
+
+
+def test_copies_at_seams_of_the_texture_stay_together():
+    _, first, of_vertex = np.unique(SPEAKER.weld, return_index=True, return_inverse=True)
+    fields = unit_differences(NAMES)
+    assert np.abs(fields - fields[:, first[of_vertex]]).max() < 0.02
+
+
+def test_teeth_and_eyes_move_as_before():
+    for name in ("upper_teeth", "lower_teeth", "tongue", "eyes"):
+        assert np.abs(unit_differences(NAMES)[:, SPEAKER.vertices_of(name)]).max() < 0.7
+
+
+def test_units_of_the_two_sides_are_mirror_images():
+    other_side = np.array([-1.0, 1.0, 1.0])
+    away, across = cKDTree(V).query(V * other_side)
+    alike = away < 1e-3
+    left, right = (unit_differences([f"mouthSmile{side}"])[0] for side in ("Left", "Right"))
+    assert np.abs(left[alike] - right[across[alike]] * other_side).max() < 0.05
+
+
+def test_an_open_jaw_needs_half_to_all_of_the_weight_that_closes_lips():
+    rings = lip_rings(SPEAKER)
+    for units in own_and_scanned():
+        gaps = []
+        for closing in (0.0, 0.25, 0.5):
+            shift = moved(units, jawOpen=0.5, mouthClose=closing)
+            ways = [(V + shift)[rings[name]] for name in ("upper", "lower")]
+            above, below = (way[np.abs(way[:, 0]) < 10.0, 1].mean() for way in ways)
+            gaps.append(above - below)
+        assert gaps[0] > gaps[1] > 0.0 > gaps[2]
+
+
+def test_lips_pucker_and_funnel_farther_forward_than_the_artists():
+    ring = lip_rings(SPEAKER)["outer"]
+    for name, least in (("mouthPucker", 1.2), ("mouthFunnel", 2.0)):
+        artist, scanned = (moved(u, **{name: 1.0})[ring, 2].mean() for u in own_and_scanned())
+        assert scanned > least * artist > 0
+
+
+def test_skin_far_from_the_mouth_hardly_moves_otherwise():
+    brows = SPEAKER.points["landmark_68"][17:27]
+    assert np.abs(unit_differences(NAMES)[:, brows]).max() < 1.0
+
+
+def test_units_come_in_the_order_that_is_asked_for():
+    one, two = unit_differences(NAMES[:2]), unit_differences(NAMES[1::-1])
+    np.testing.assert_array_equal(one, two[::-1])
+
+
+def test_a_unit_that_is_not_there_is_named():
+    with pytest.raises(ModelFormatError, match="noseSneerLeft"):
+        unit_differences(["jawOpen", "noseSneerLeft"])
+
+
+def test_a_file_of_another_mesh_is_refused(tmp_path, monkeypatch):
+    save_units(tmp_path / "units.npz", NAMES, unit_differences(NAMES)[:, :-1])
+    monkeypatch.setattr(scanned_units, "shipped", lambda name: tmp_path / "units.npz")
+    with pytest.raises(ModelFormatError, match="make it again with assets/make_units"):
+        unit_differences(NAMES)
