@@ -82,18 +82,18 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class Laid:
-    """Our head laid on the average head of scans, which is turned as ours and about its middle.
+    """Our head laid on the average head of scans, in our head's frame and at the other's size.
 
     Parameters
     ----------
     moved : (V, 3) float64, mm
         Our vertices, there.
     theirs : (W, 3) float64, mm
-        The other head's.
+        The other head's, the middle of its landmarks on that of ours.
     turn : (3, 3) float64
         From the other head's frame to ours.
     larger : float
-        Our size over theirs, by landmarks.
+        Our size over theirs, by the distance of the pupils.
     skin : Surface
         The other head's.
     """
@@ -117,7 +117,9 @@ class Laid:
         skin = Surface.of(scans, theirs)
         start = (vertices - middle) / larger + middle
         moved = registered(ours, start, theirs[scans.points["landmark_68"][INNER]], skin)
-        return cls(moved, theirs, turn, larger, skin)
+        (right, _), (left, _) = eye_middles(scans, theirs)
+        apart = float(np.linalg.norm(right - left))
+        return cls(moved, theirs, turn, pupil_distance(ours, vertices) / apart, skin)
 
 
 def _skin(head: Speaker) -> BoolArray:
@@ -137,8 +139,8 @@ def registered(head: Speaker, start: FloatArray, marks: FloatArray, skin: Surfac
     Non-rigid ICP (Amberg et al., CVPR 2007) with the Laplacian of the head as it was.
     """
     own, count = np.unique(head.faces[_skin(head)]), len(start)
-    laplacian = _laplacian(head.faces, count)
-    bending, tree = laplacian.T @ laplacian, cKDTree(skin.points)
+    smoothing = laplacian(head.faces, count)
+    bending, tree = smoothing.T @ smoothing, cKDTree(skin.points)
     moved, landmarks = start, head.points["landmark_68"][INNER]
     for stiffness, held, reach in ROUNDS:
         away, at = tree.query(moved[own])
@@ -158,7 +160,7 @@ def registered(head: Speaker, start: FloatArray, marks: FloatArray, skin: Surfac
     return moved
 
 
-def _laplacian(faces: NDArray[np.integer], count: int) -> sparse.csr_matrix:
+def laplacian(faces: NDArray[np.integer], count: int) -> sparse.csr_matrix:
     """Mean of a vertex's neighbours, less the vertex."""
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     one = sparse.coo_matrix((np.ones(len(edges)), edges.T), (count, count))
@@ -229,19 +231,19 @@ def population(ours: Speaker, scans: Speaker) -> Population:
     ):
         fields[0, eye] = pupil - vertices[near].mean(axis=0)
         fields[1:, eye] = deltas[:, there].mean(axis=1)[:, None]
-    fields = _mirrored(vertices, fields)
+    fields = mirrored(vertices, fields, fields)
     some = np.sqrt((fields[1:] ** 2).sum(axis=2).mean(axis=1)) > LEAST
     return _as_large(ours, Population(fields[0], fields[1:][some]))
 
 
-def _mirrored(vertices: FloatArray, fields: FloatArray) -> FloatArray:
-    """What fields (K, V, 3) over a head whose sides are alike share with their mirror images.
+def mirrored(vertices: FloatArray, fields: FloatArray, others: FloatArray) -> FloatArray:
+    """What fields (K, V, 3) over a head whose sides are alike share with others' mirror images.
 
     Lips that meet on one side alone would be closed by a grimace.
     """
     other_side = np.array([-1.0, 1.0, 1.0])
     across = cKDTree(vertices).query(vertices * other_side)[1]
-    return 0.5 * (fields + fields[:, across] * other_side)
+    return 0.5 * (fields + others[:, across] * other_side)
 
 
 def _as_large(ours: Speaker, found: Population) -> Population:

@@ -3,8 +3,9 @@
 Usage: ``abs-engine import FOLDER -o ict.face``, with the folder that ``population/PROVENANCE.md``
 names, then ``python assets/make_units.py ict.face [OUTPUT_FOLDER]``. The bundled head is laid on
 the model's average head; skin goes along with the skin that it lies on, and contours of lips with
-those at the same share of their lengths. It writes ``units.npz``, and with ``--sheet PICTURE``
-postures by both heads' units. It takes a minute.
+those at the same share of their lengths. The unit that closes lips is made as large as an open jaw
+needs. It writes ``units.npz``, and with ``--sheet PICTURE`` postures by both heads' units. It takes
+a minute.
 """
 
 from __future__ import annotations
@@ -16,11 +17,10 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from make_population import Laid, trusted
+from make_population import NECK, Laid, laplacian, mirrored, trusted
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
-from scipy.spatial import cKDTree
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
@@ -34,6 +34,8 @@ from abs_engine.tracking.rendered_landmarks import Light, lit_picture, pose_of
 
 STIFF, ON_CONTOUR = 3.0, 300.0
 """Weight of smoothness, and of a point of a contour or of a tooth, beside a point of the skin."""
+MIDDLE = 10.0
+"""From the middle of the face, mm, where lips must meet."""
 INSIDE = ("upper_teeth", "lower_teeth", "tongue", "eyes")
 """What moves as before."""
 SHOWN: tuple[dict[str, float], ...] = (
@@ -71,37 +73,47 @@ def on_contours(
 ) -> Iterator[tuple[NDArray[np.integer], FloatArray]]:
     """Vertices (N,) of each contour of our lips, and how units (U, W, 3) move them (U, N, 3)."""
     own = ours.vertices.astype(np.float64)
-    pairs = zip(contours(ours, own), contours(scans, laid.theirs), strict=True)
-    for way, other in pairs:
+    for way, other in zip(contours(ours, own), contours(scans, laid.theirs), strict=True):
         at, known = shares(own, way), shares(laid.theirs, other)
-        moves = deltas[:, other]
-        yield (
-            way,
-            np.stack(
-                [[np.interp(at, known, one[:, d]) for d in range(3)] for one in moves]
-            ).swapaxes(1, 2),
-        )
+        moves = [[np.interp(at, known, one[other, d]) for d in range(3)] for one in deltas]
+        yield way, np.array(moves).swapaxes(1, 2)
 
 
 def differences(ours: Speaker, scans: Speaker, names: tuple[str, ...]) -> FloatArray:
     """By how much their units move our vertices otherwise than our own do, (U, V, 3), mm."""
     laid, units = Laid.of(ours, scans), ours.unit_matrix(names).astype(np.float64)
-    deltas = scans.unit_matrix(names).astype(np.float64) @ laid.turn.T
-    weight = np.zeros(len(ours.vertices))
-    wanted = np.zeros((len(names), len(weight), 3))
+    deltas = scans.unit_matrix(names).astype(np.float64) @ laid.turn.T * laid.larger
+    wanted, weight = units.copy(), np.zeros(len(ours.vertices))
     lips = np.concatenate([ours.vertices_of(name) for name in ("upper_lip", "lower_lip")])
     skin, at = trusted(ours, laid.moved, laid.skin)
     plain = ~np.isin(skin, lips)
-    skin, at = skin[plain], at[plain]
-    weight[skin] = 1.0
-    wanted[:, skin] = np.stack([laid.skin.moved(one, at) for one in deltas]) * laid.larger
-    wanted[:, skin] -= units[:, skin]
+    wanted[:, skin[plain]] = np.stack([laid.skin.moved(one, at[plain]) for one in deltas])
+    weight[skin[plain]] = 1.0
+    weight[ours.vertices[:, 1] < NECK] = 1.0
     for way, moves in on_contours(ours, scans, laid, deltas):
-        weight[way] = ON_CONTOUR
-        wanted[:, way] = moves * laid.larger - units[:, way]
+        wanted[:, way], weight[way] = moves, ON_CONTOUR
     for name in INSIDE:
         weight[ours.vertices_of(name)] = ON_CONTOUR
-    return _mirrored(ours, _smooth(ours, weight, wanted), names)
+    found = _smooth(ours, weight, wanted - units)
+    twin = found[[names.index(one) for one in _twins(names)]]
+    found = mirrored(ours.vertices.astype(np.float64), found, twin)
+    jaw, closing = (names.index(name) for name in ("jawOpen", "mouthClose"))
+    closes = units[closing] + found[closing]
+    found[closing] = closes * _enough(ours, units[jaw] + found[jaw], closes) - units[closing]
+    return found
+
+
+def _enough(ours: Speaker, opens: FloatArray, closes: FloatArray) -> float:
+    """How much of a motion (V, 3) that closes lips makes up for one (V, 3) that parts them.
+
+    The model's own goes farther, so that lips would pass through each other.
+    """
+    rings = lip_rings(ours)
+    middle = [k[np.abs(ours.vertices[k, 0]) < MIDDLE] for k in (rings["upper"], rings["lower"])]
+    parted, met = (
+        float(move[middle[0], 1].mean() - move[middle[1], 1].mean()) for move in (opens, closes)
+    )
+    return -parted / met
 
 
 def _smooth(ours: Speaker, weight: FloatArray, wanted: FloatArray) -> FloatArray:
@@ -112,31 +124,20 @@ def _smooth(ours: Speaker, weight: FloatArray, wanted: FloatArray) -> FloatArray
     """
     _, one = np.unique(ours.weld, return_inverse=True)
     count = int(one.max()) + 1
-    faces = one[ours.faces]
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    beside = sparse.coo_matrix((np.ones(len(edges)), edges.T), (count, count))
-    beside = ((beside + beside.T) > 0).astype(float)
-    degree = np.maximum(np.asarray(beside.sum(axis=1)).ravel(), 1.0)
-    laplacian = sparse.diags(1 / degree) @ beside - sparse.identity(count)
+    uneven = laplacian(one[ours.faces], count)
     total = np.bincount(one, weight, count)
     pulled = np.zeros((count, wanted.shape[0] * 3))
     np.add.at(pulled, one, (wanted * weight[:, None]).swapaxes(0, 1).reshape(len(one), -1))
-    held = sparse.diags(total + 1e-6) + STIFF * laplacian.T @ laplacian
+    held = sparse.diags(total + 1e-6) + STIFF * uneven.T @ uneven
     found = splu(held.tocsc()).solve(pulled)
     return np.asarray(found[one].reshape(len(one), -1, 3).swapaxes(0, 1))
 
 
-def _mirrored(ours: Speaker, fields: FloatArray, names: tuple[str, ...]) -> FloatArray:
-    """Fields (U, V, 3) of units, each the mean of itself and the other side's mirror image."""
-    other_side = np.array([-1.0, 1.0, 1.0])
-    vertices = ours.vertices.astype(np.float64)
-    across = cKDTree(vertices).query(vertices * other_side)[1]
+def _twins(names: tuple[str, ...]) -> list[str]:
+    """The unit of the other side for each, or the unit itself."""
     sides = {"Left": "Right", "Right": "Left"}
-    twins = [
-        next((n.removesuffix(a) + b for a, b in sides.items() if n.endswith(a)), n) for n in names
-    ]
-    twin = fields[[names.index(name) for name in twins]]
-    return np.asarray(0.5 * (fields + twin[:, across] * other_side))
+    other = {n: n.removesuffix(a) + b for n in names for a, b in sides.items() if n.endswith(a)}
+    return [other.get(name, name) for name in names]
 
 
 def sheet(ours: Speaker, other: FloatArray, names: tuple[str, ...]) -> NDArray[np.uint8]:

@@ -1,7 +1,7 @@
 """Films heads of another topology (ICT-FaceKit), with the truth.
 
-No model of ours knows the people. How people of this model differ is part of what is expected of
-anybody (`assets/population`).
+No model of ours knows the people. How people of this model differ, and how its face units move
+them, is part of what is expected of anybody (`assets/population`).
 
 Each film has another random person, skin, lip colour, light, camera and stretch of a recorded
 face. Run it by hand: `python tests/ict_films.py OUT [--films 6] [--frames 75] [--seed 0]

@@ -210,7 +210,7 @@ def build_mouth_model(
     free_person : bool
         Whether the person's mouth is to be fitted; False for a known person.
     expression : LinearShape, optional
-        How this head's mouth moves, of the units of `mouth_units`; by default `mouth_shape`.
+        How this head's mouth moves; by default `mouth_shape`, by the units of `mouth_units`.
     person_spread : float
         See `MouthModel`.
 

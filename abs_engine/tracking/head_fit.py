@@ -17,6 +17,7 @@ from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.identity import sized_head
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape
+from abs_engine.face.shape.population import expected
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.io.assets import Speaker
 from abs_engine.render.cpu import for_threads
@@ -109,7 +110,7 @@ class AverageHead:
             speaker,
             speaker.vertices,
             SHAPE.expression_modes,
-            anybody=not known and not speaker.imported,
+            anybody=not known and expected(speaker),
         )
         larger = scale.pupils / pupil_distance(speaker, speaker.vertices)
         sized, people = sized_head(speaker, larger, known)

@@ -1,4 +1,4 @@
-"""Units of scans on the bundled head's mesh: nothing tears, closed lips stay closed."""
+"""Units of scans on the bundled head's mesh: nothing tears, lips that close just meet."""
 
 from __future__ import annotations
 
@@ -28,35 +28,45 @@ def moved(units, **weights):
     return sum(weight * units[NAMES.index(name)] for name, weight in weights.items())
 
 
+def gap(shift):
+    """By how much the inner lips are apart in the middle, mm, with a displacement (V, 3)."""
+    rings, there = lip_rings(SPEAKER), V + shift
+    middle = [k[np.abs(V[k, 0]) < 10.0] for k in (rings["upper"], rings["lower"])]
+    return there[middle[0], 1].mean() - there[middle[1], 1].mean()
+
+
 def test_copies_at_seams_of_the_texture_stay_together():
     _, first, of_vertex = np.unique(SPEAKER.weld, return_index=True, return_inverse=True)
     fields = unit_differences(NAMES)
-    assert np.abs(fields - fields[:, first[of_vertex]]).max() < 0.02
+    assert np.abs(fields - fields[:, first[of_vertex]]).max() < 0.01
 
 
 def test_teeth_and_eyes_move_as_before():
     for name in ("upper_teeth", "lower_teeth", "tongue", "eyes"):
-        assert np.abs(unit_differences(NAMES)[:, SPEAKER.vertices_of(name)]).max() < 0.7
+        assert np.abs(unit_differences(NAMES)[:, SPEAKER.vertices_of(name)]).max() < 0.2
 
 
 def test_units_of_the_two_sides_are_mirror_images():
     other_side = np.array([-1.0, 1.0, 1.0])
     away, across = cKDTree(V).query(V * other_side)
     alike = away < 1e-3
-    left, right = (unit_differences([f"mouthSmile{side}"])[0] for side in ("Left", "Right"))
-    assert np.abs(left[alike] - right[across[alike]] * other_side).max() < 0.05
+    sides = {"Left": "Right", "Right": "Left"}
+    other = {n: n.removesuffix(a) + b for n in NAMES for a, b in sides.items() if n.endswith(a)}
+    assert len(other) == 18
+    even = [n for n in NAMES if n != "mouthClose"]  # whose size depends on the bundled head's sides
+    fields, mirrored = (
+        unit_differences(names) for names in (even, [other.get(n, n) for n in even])
+    )
+    assert np.abs(fields[:, alike] - mirrored[:, across[alike]] * other_side).max() < 0.01
 
 
-def test_an_open_jaw_needs_half_to_all_of_the_weight_that_closes_lips():
-    rings = lip_rings(SPEAKER)
+def test_lips_that_close_over_an_open_jaw_meet_as_at_rest():
+    rest = gap(np.zeros_like(V))
     for units in own_and_scanned():
-        gaps = []
-        for closing in (0.0, 0.25, 0.5):
-            shift = moved(units, jawOpen=0.5, mouthClose=closing)
-            ways = [(V + shift)[rings[name]] for name in ("upper", "lower")]
-            above, below = (way[np.abs(way[:, 0]) < 10.0, 1].mean() for way in ways)
-            gaps.append(above - below)
-        assert gaps[0] > gaps[1] > 0.0 > gaps[2]
+        parted, half = (gap(moved(units, jawOpen=0.5, mouthClose=w)) for w in (0.0, 0.25))
+        assert parted > half > rest
+        for jaw in (0.2, 0.5):
+            assert gap(moved(units, jawOpen=jaw, mouthClose=jaw)) == pytest.approx(rest, abs=0.1)
 
 
 def test_lips_pucker_and_funnel_farther_forward_than_the_artists():
@@ -67,8 +77,10 @@ def test_lips_pucker_and_funnel_farther_forward_than_the_artists():
 
 
 def test_skin_far_from_the_mouth_hardly_moves_otherwise():
-    brows = SPEAKER.points["landmark_68"][17:27]
-    assert np.abs(unit_differences(NAMES)[:, brows]).max() < 1.0
+    brows, throat = SPEAKER.points["landmark_68"][17:27], V[:, 1] < -95.0
+    fields = unit_differences(NAMES)
+    assert np.abs(fields[:, brows]).max() < 0.3
+    assert np.sqrt((fields[:, throat] ** 2).sum(axis=2)).max() < 2.0
 
 
 def test_units_come_in_the_order_that_is_asked_for():

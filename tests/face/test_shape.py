@@ -12,6 +12,7 @@ from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import principal_shapes
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units, sample_postures
 from abs_engine.face.shape.postures import Postures, recorded_postures
+from abs_engine.face.shape.scanned_units import unit_differences
 from abs_engine.io.assets import load_speaker
 
 N, V = 6, 40
@@ -178,12 +179,18 @@ def test_generators_that_a_share_of_the_postures_has_again_have_the_moments_of_s
     np.testing.assert_allclose(found.covariance, sampled.covariance, atol=0.1)
 
 
-def test_lips_of_anybody_go_farther_from_front_to_back():
-    speaker = load_speaker()
-    own, anybody = (
-        mouth_shape(speaker, speaker.vertices, 20, anybody=who).modes[:, speaker.lip_ring]
-        for who in (False, True)
-    )
-    spread = [np.sqrt((modes.astype(np.float64) ** 2).sum(axis=(0, 1))) for modes in (own, anybody)]
-    assert spread[1][2] > 1.1 * spread[0][2]
-    np.testing.assert_allclose(spread[1][:2], spread[0][:2], rtol=0.2)
+def test_lips_of_anybody_move_by_the_units_of_scans_in_a_share_of_the_postures():
+    speaker, names = load_speaker(), mouth_units()
+    lips = speaker.lip_ring
+    shape = mouth_shape(speaker, speaker.vertices, 20, anybody=True)
+    moments = recorded_postures(names).pooled(Postures.of(sample_postures(4000, 0)), SHAPE.recorded)
+    rng = np.random.default_rng(5)
+    weights = rng.multivariate_normal(moments.mean, moments.covariance, 20_000)
+    own = speaker.unit_matrix(names)[:, lips].reshape(len(names), -1)
+    scanned = own + unit_differences(names)[:, lips].reshape(len(names), -1)
+    by_scans = rng.random((len(weights), 1)) < SHAPE.scanned_units
+    moved = np.where(by_scans, weights @ scanned, weights @ own)
+    modes = shape.modes[:, lips].reshape(20, -1)
+    np.testing.assert_allclose((modes**2).sum(axis=0), moved.var(axis=0), rtol=0.1, atol=0.05)
+    mean = (shape.mean - speaker.vertices)[lips].ravel()
+    np.testing.assert_allclose(mean, moved.mean(axis=0), atol=0.15)

@@ -112,9 +112,17 @@ def test_shaders_are_loaded_from_the_wheel(installed):
     assert Path(installed.python(code)).is_relative_to(installed.environment)
 
 
+def shipped_folders():
+    """The folders that the wheel is to hold besides the package."""
+    wheel = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["build"]
+    folders = list(wheel["targets"]["wheel"]["force-include"])
+    assert {"shaders", "assets/speaker", "assets/population"} <= set(folders)
+    return folders
+
+
 def test_the_wheel_holds_shaders_and_assets_as_they_are_in_the_repository(installed):
     with zipfile.ZipFile(installed.wheel) as wheel:
-        for folder in ("shaders", "assets/speaker", "assets/detector"):
+        for folder in shipped_folders():
             files = [file for file in (ROOT / folder).rglob("*") if file.is_file()]
             assert files
             for file in files:

@@ -19,6 +19,8 @@ from heads import seen_at
 
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.identity import head_modes, identity_shape
+from abs_engine.face.shape.mouth import mouth_units
+from abs_engine.face.shape.population import average_person
 from abs_engine.face.shape.proportions import proportioned
 from abs_engine.face.shape.smooth import mirrored_modes, smooth_modes
 from abs_engine.face.shape.upper_face import upper_face_modes
@@ -27,7 +29,7 @@ from abs_engine.tracking.head_fit import AverageHead
 from abs_engine.tracking.head_problem import HeadFrameSeen
 from abs_engine.tracking.scale import pupil_distance, pupil_scale
 
-TURNS = (-0.3, 0.0, 0.3)
+TURNS = np.linspace(-0.3, 0.3, 8)
 
 
 def test_a_scaled_speaker_moves_as_much_more():
@@ -45,7 +47,7 @@ def test_a_scaled_speaker_moves_as_much_more():
 
 
 def seen_of(person, noise=0.0):
-    """What a network that errs by `noise` mm would see of a person from three sides."""
+    """What a network that errs by `noise` mm would see of a person, in as many frames as usual."""
     points = correspondence().of(vertices_of(person))
     return [
         projected(points, seen_at([0, yaw, 0], [0, 0, 700]), noise=noise, seed=k)
@@ -66,6 +68,17 @@ def fitted(landmarks, pupils, camera=CAMERA):
     frames = [HeadFrameSeen(empty, marks, None) for marks in landmarks]
     average = AverageHead.of(speaker(), unbiased(), pupil_scale(pupils), average_shape())
     return average.fitted(frames, camera, CpuRenderer())
+
+
+def test_only_a_person_of_whom_nothing_is_known_may_move_by_the_units_of_scans():
+    units = len(mouth_units())
+    for head, known, generators in (
+        (average_person(), False, 2 * units),
+        (average_person(), True, units),
+        (replace(speaker()), False, units),  # a file of one's own, another mesh perhaps
+    ):
+        average = AverageHead.of(head, correspondence(), pupil_scale(None), known=known)
+        assert average.expression.mixing.shape[1] == generators
 
 
 @cache

@@ -190,6 +190,17 @@ def test_landmarks_speak_of_pose_identity_posture_and_error_in_this_order():
     np.testing.assert_allclose(whole.gradient[kept], part.gradient, rtol=1e-6, atol=1e-9)
 
 
+def test_several_landmarks_count_as_one():
+    p = problem()
+    k, q, m = p.sizes
+    head = JointHead(np.zeros(k), np.zeros(q), (POSES[0],), np.zeros((1, m)))
+    seen = [SeenRays.of(frames()[0].landmarks, CAMERA)]
+    told, _ = _System.of(p, head).told_by(0, seen, [frames()[0]])
+    each = landmark_equations(p.shape, p.noise, seen[0], head.guess(0))
+    assert HEAD_POSE.joint_alike > 1
+    np.testing.assert_allclose(told.information * HEAD_POSE.joint_alike, each.information)
+
+
 def test_equations_are_added_where_their_parameters_are():
     p, rng = problem(), np.random.default_rng(1)
     k, q, m = p.sizes

@@ -13,7 +13,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.threads import kept
 from abs_engine.face.schema import COMPONENT, PERSON
 from abs_engine.face.settings.shape import SHAPE
-from abs_engine.face.shape.population import average_person, load_population
+from abs_engine.face.shape.population import average_person, expected, load_population
 from abs_engine.face.shape.proportions import proportioned
 from abs_engine.face.shape.smooth import mirrored_modes
 from abs_engine.io.assets import Speaker
@@ -88,7 +88,7 @@ def sized_head(
     With those of the `average_person`, people's components are pooled. The last result for that is
     kept, as its modes take a third of a second.
     """
-    if not known and not speaker.imported and speaker is average_person():
+    if not known and expected(speaker):
         return _anybody(factor)
     sized = speaker.scaled(factor)
     return sized, np.zeros((0, *sized.vertices.shape), np.float32) if known else head_modes(sized)

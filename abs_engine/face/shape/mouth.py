@@ -69,12 +69,20 @@ def mouth_shape(
     seed : int
         Of the authored postures.
     anybody : bool
-        Whether this is not the person's own head.
+        Whether this is not the person's own head; only the bundled head, or one of its mesh and
+        size, may be anybody's.
 
     Returns
     -------
     LinearShape
         Its generators are the units of `mouth_units` and, for `anybody`, how those of scans differ.
+
+    Raises
+    ------
+    ParameterError
+        If the postures do not span so many modes.
+    InputFileError, ModelFormatError
+        If the recorded postures or, for `anybody`, the units of scans cannot be read.
     """
     names = mouth_units()
     units = speaker.unit_matrix(names)

@@ -86,3 +86,14 @@ def average_person() -> Speaker:
     speaker = load_speaker()
     moved = np.float32(SHAPE.scanned) * load_population().mean.astype(np.float32)
     return replace(speaker, vertices=speaker.vertices + moved)
+
+
+def expected(speaker: Speaker) -> bool:
+    """Whether this is the `average_person`, the head of a person of whom nothing is known.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        As `load_population`.
+    """
+    return not speaker.imported and speaker is average_person()

@@ -47,9 +47,13 @@ class Postures:
         )
 
     def partly_again(self, share: float) -> Postures:
-        """Moments with the same generators once more, which only a share of the postures has.
+        """Moments of 2 N generators: these, and as many that only some postures have.
 
-        There both have the same weights; the second are 0 in the other postures.
+        Parameters
+        ----------
+        share : float
+            Of the postures, 0 to 1, drawn independently of their weights, in which the second half
+            has the weights of the first; in the others it has none.
         """
         c, apart = self.covariance, np.outer(self.mean, self.mean)
         again = share * c + share * (1.0 - share) * apart

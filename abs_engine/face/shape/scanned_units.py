@@ -35,7 +35,7 @@ def save_units(path: Path, names: Sequence[str], differences: NDArray[np.floatin
 
 
 def unit_differences(names: Sequence[str]) -> NDArray[np.float32]:
-    """What units of scans add to the bundled head's own, (N, V, 3), mm at weight 1.
+    """What units of scans add to the bundled head's own, at its size.
 
     See ``assets/population/PROVENANCE.md``.
 
@@ -43,6 +43,10 @@ def unit_differences(names: Sequence[str]) -> NDArray[np.float32]:
     ----------
     names : sequence of str
         ARKit's, in the order that is asked for.
+
+    Returns
+    -------
+    (N, V, 3) float32, mm at weight 1
 
     Raises
     ------

@@ -34,10 +34,10 @@ class HeadSettings:
         lips off by 2.8 mm with 5, 3.1 with 3; with `joint_alike`, 2.6 with 5 and with 7.
     joint_alike : float, landmarks
         That count as one in the joint fit: what makes them err stays, in part, from frame to frame.
-        Chosen of 1, 2, 3, 4 and 16 on 32 films of other heads (seeds 1 to 4) by rotation, the same
-        in the person's own frame and how far faces are turned: means of 1.40, 1.37, 1.36, 1.37 and
-        1.44 degrees; on those of seeds 5 to 8 1.51 with 1, 1.32 with 4. Of known imported heads
-        the lips are off by 2.8 mm with 1, 2.6 with 4 and with 16.
+        Chosen of 1, 4 and 16 on known imported heads, whose lips are off by 2.8, 2.6 and 2.6 mm,
+        and of 1, 2, 3, 4 and 16 on 32 films of unknown ones (seeds 1 to 4) by the mean of rotation,
+        the same in the person's own frame and how far faces are turned: 1.40, 1.37, 1.36, 1.37 and
+        1.44 degrees with `still` 1. Measured on 32 others (seeds 5 to 8): 1.51 with 1, 1.32 with 4.
     most_turn : float, rad
         In a step. Not measured.
     scale_held : float, mm
@@ -80,8 +80,9 @@ class HeadSettings:
         That flow leads at most. Not measured.
     still : float, mm
         By which expressions move skin at most that counts as the skull's. Chosen of 1, 1.2, 1.5 and
-        2 on 32 films of other heads (seeds 1 to 4), joint fit, by the mean of the three measures
-        of `joint_alike`: 1.44, 1.40, 1.38 and 1.40 degrees.
+        2 with the postures that `scanned_units` changed, which move more skin, on the films and by
+        the measures of `joint_alike`: 1.44, 1.40, 1.38 and 1.40 degrees, within chance. The demo's
+        known head is off by 1.28 mm instead of 1.26.
     above : float, mm
         Above the lips that such skin lies at least. Not measured.
     scalp : float, mm
