@@ -35,7 +35,7 @@ def save_units(path: Path, names: Sequence[str], differences: NDArray[np.floatin
 
 
 def unit_differences(names: Sequence[str]) -> NDArray[np.float32]:
-    """What units of scans add to the bundled head's own, at its size.
+    """Differences of the units of scans from the bundled head's own, at its size.
 
     See ``assets/population/PROVENANCE.md``.
 
