@@ -45,7 +45,7 @@ def run(*words):
 def video(tmp_path_factory):
     """A drawn head that opens its mouth, rounds its lips and turns a little."""
     pictures = [
-        lit("amara", seen_at([0, 0.1 * np.sin(0.3 * TIME[k]), 0], [0, 0, 700]), jawOpen=OPEN[k],
+        lit("mei", seen_at([0, 0.1 * np.sin(0.3 * TIME[k]), 0], [0, 0, 700]), jawOpen=OPEN[k],
             mouthPucker=ROUND[k])
         for k in range(FRAMES)
     ]  # fmt: skip
@@ -57,7 +57,7 @@ def nearer(tmp_path_factory):
     """The same head in another movement, nearer to a camera of another size and focal length."""
     camera = Camera.ideal((400, 320), focal=560.0)
     pictures = [
-        lit("amara", seen_at([0, -0.08 * np.cos(0.5 * k), 0], [5, 3, 520]), camera, jawOpen=NEAR[k])
+        lit("mei", seen_at([0, -0.08 * np.cos(0.5 * k), 0], [5, 3, 520]), camera, jawOpen=NEAR[k])
         for k in range(AGAIN)
     ]
     folder = tmp_path_factory.mktemp("nearer")
