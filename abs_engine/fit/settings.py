@@ -174,8 +174,8 @@ class BeliefSettings:
         mm and hardly beyond. Measured on seeds 2 and 3 and three other people: 90 % intervals hold
         93 %, of openings found between 1 and 6 mm 94 % (77 % with a share without a limit).
     width : tuple of float, 1, mm and share
-        Chosen on the same films, where 90 % intervals hold 89 %; on others (seeds 2, 3 and 5 to 8
-        and three people) 92. The mean difference of widths is left out: ICT's corners are other
+        Chosen on the same films, where 90 % intervals hold 90 %; on others (seeds 2, 3 and 5 to 8
+        and three people) 90. The mean difference of widths is left out: ICT's corners are other
         points.
     agreed : float, share of the aperture's deviation
         What is left where the landmarks agree; how far they are off, in joint deviations, is added
