@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,7 +25,7 @@ from scipy.spatial.transform import Rotation
 
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
-from abs_engine.core.geometry import vertex_normals
+from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.core.scene import Scene
 from abs_engine.face.schema import COMPONENT
 from abs_engine.face.shape.population import HEADS, Population
@@ -258,31 +259,41 @@ def _as_large(ours: Speaker, found: Population) -> Population:
     )
 
 
+def pictures(
+    ours: Speaker, vertices: FloatArray, poses: Iterable[Pose], camera: Camera
+) -> list[NDArray[np.uint8]]:
+    """Our head with these vertices (V, 3), lit, in each of some poses."""
+    none = np.zeros((0, *vertices.shape), np.float32)
+    classes, paint = ours.facet_class.astype(np.int32), ours.texture(next(iter(ours.people)))
+    scene = Scene(vertices.astype(np.float32), none, ours.faces, ours.uv, classes, paint)
+    light = Light(np.array([0.5, -0.5, -1.0]), 0.3, 0.8)
+    return [lit_picture(scene, pose, camera, CpuRenderer(), light) for pose in poses]
+
+
 def sheet(ours: Speaker, found: Population) -> NDArray[np.uint8]:
     """Our head and the average of the scans, each from three sides."""
-    rows = []
+    rows, camera, away = [], Camera.ideal((400, 400)), np.array([0.0, 0.0, 700.0])
     for vertices in (ours.vertices, ours.vertices + found.mean):
-        none = np.zeros((0, *vertices.shape), np.float32)
-        classes, paint = ours.facet_class.astype(np.int32), ours.texture(next(iter(ours.people)))
-        scene = Scene(vertices.astype(np.float32), none, ours.faces, ours.uv, classes, paint)
-        poses = [
-            pose_of(ours, vertices.astype(np.float64), (0.0, 0.0, yaw), np.array([0.0, 0.0, 700.0]))
-            for yaw in (0.0, 0.6, 1.4)
-        ]
-        light, camera = Light(np.array([0.5, -0.5, -1.0]), 0.3, 0.8), Camera.ideal((400, 400))
-        rows.append(np.hstack([lit_picture(scene, p, camera, CpuRenderer(), light) for p in poses]))
+        head = vertices.astype(np.float64)
+        poses = [pose_of(ours, head, (0.0, 0.0, yaw), away) for yaw in (0.0, 0.6, 1.4)]
+        rows.append(np.hstack(pictures(ours, head, poses, camera)))
     return np.vstack(rows)
 
 
-def main() -> int:
-    """Write the file and the sheet."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def arguments(doc: str) -> argparse.Namespace:
+    """Arguments of a script that makes a file of a model made after scans, and a sheet of it."""
+    parser = argparse.ArgumentParser(description=doc.splitlines()[0])
     parser.add_argument("face", type=Path, help="ICT's model, imported")
     parser.add_argument(
         "output", nargs="?", type=Path, default=Path(__file__).resolve().parent / "population"
     )
-    parser.add_argument("--sheet", type=Path, metavar="PICTURE", help="both heads, to look at")
-    args = parser.parse_args()
+    parser.add_argument("--sheet", type=Path, metavar="PICTURE", help="what was made, to look at")
+    return parser.parse_args()
+
+
+def main() -> int:
+    """Write the file and the sheet."""
+    args = arguments(__doc__)
     ours, scans = load_speaker(), load_speaker(args.face)
     if not any(name.startswith(COMPONENT) for name in scans.identity_names):
         print(f"make_population: {args.face} has no components of people", file=sys.stderr)

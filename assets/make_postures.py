@@ -56,11 +56,14 @@ def main() -> int:
 
 def mirrored(postures: FloatArray, names: tuple[str, ...]) -> FloatArray:
     """Postures (S, N) of the mirror image of a face."""
+    return postures[:, [names.index(name) for name in twins(names)]]
+
+
+def twins(names: tuple[str, ...]) -> list[str]:
+    """The unit of the other side for each, or the unit itself."""
     sides = {"Left": "Right", "Right": "Left"}
-    other = [
-        next((n.removesuffix(a) + b for a, b in sides.items() if n.endswith(a)), n) for n in names
-    ]
-    return postures[:, [names.index(name) for name in other]]
+    other = {n: n.removesuffix(a) + b for n in names for a, b in sides.items() if n.endswith(a)}
+    return [other.get(name, name) for name in names]
 
 
 if __name__ == "__main__":

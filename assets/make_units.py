@@ -10,27 +10,25 @@ a minute.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
-from make_population import NECK, Laid, laplacian, mirrored, trusted
+from make_population import NECK, Laid, arguments, laplacian, mirrored, pictures, trusted
+from make_postures import twins
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
-from abs_engine.core.scene import Scene
 from abs_engine.face.rings import lip_rings
 from abs_engine.face.shape.mouth import mouth_units
 from abs_engine.face.shape.scanned_units import UNITS, save_units
 from abs_engine.io.assets import Speaker, load_speaker
-from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.rendered_landmarks import Light, lit_picture, pose_of
+from abs_engine.tracking.rendered_landmarks import pose_of
 
 STIFF, ON_CONTOUR = 3.0, 300.0
 """Weight of smoothness, and of a point of a contour or of a tooth, beside a point of the skin."""
@@ -95,7 +93,7 @@ def differences(ours: Speaker, scans: Speaker, names: tuple[str, ...]) -> FloatA
     for name in INSIDE:
         weight[ours.vertices_of(name)] = ON_CONTOUR
     found = _smooth(ours, weight, wanted - units)
-    twin = found[[names.index(one) for one in _twins(names)]]
+    twin = found[[names.index(one) for one in twins(names)]]
     found = mirrored(ours.vertices.astype(np.float64), found, twin)
     jaw, closing = (names.index(name) for name in ("jawOpen", "mouthClose"))
     closes = units[closing] + found[closing]
@@ -133,41 +131,24 @@ def _smooth(ours: Speaker, weight: FloatArray, wanted: FloatArray) -> FloatArray
     return np.asarray(found[one].reshape(len(one), -1, 3).swapaxes(0, 1))
 
 
-def _twins(names: tuple[str, ...]) -> list[str]:
-    """The unit of the other side for each, or the unit itself."""
-    sides = {"Left": "Right", "Right": "Left"}
-    other = {n: n.removesuffix(a) + b for n in names for a, b in sides.items() if n.endswith(a)}
-    return [other.get(name, name) for name in names]
-
-
 def sheet(ours: Speaker, other: FloatArray, names: tuple[str, ...]) -> NDArray[np.uint8]:
     """Postures, by our units (above) and by those of the scans, each from two sides."""
     own, rows = ours.unit_matrix(names).astype(np.float64), []
-    classes, paint = ours.facet_class.astype(np.int32), ours.texture(next(iter(ours.people)))
-    light, camera = Light(np.array([0.5, -0.5, -1.0]), 0.3, 0.8), Camera.ideal((420, 420))
-    none, rest = np.zeros((0, *ours.vertices.shape), np.float32), ours.vertices.astype(np.float64)
-    away = np.array([0.0, 0.0, 420.0])
+    rest, away = ours.vertices.astype(np.float64), np.array([0.0, 0.0, 420.0])
     poses = [pose_of(ours, rest, (0.0, 0.0, yaw), away) for yaw in (0.0, 1.0)]
     for units in (own, own + other):
         shown = []
         for posture in SHOWN:
             moved = rest + sum(w * units[names.index(name)] for name, w in posture.items())
-            scene = Scene(moved.astype(np.float32), none, ours.faces, ours.uv, classes, paint)
-            pictures = [lit_picture(scene, p, camera, CpuRenderer(), light) for p in poses]
-            shown.append(np.vstack([one[190:400, 90:330] for one in pictures]))
+            views = pictures(ours, moved, poses, Camera.ideal((420, 420)))
+            shown.append(np.vstack([one[190:400, 90:330] for one in views]))
         rows.append(np.hstack(shown))
     return np.vstack(rows)
 
 
 def main() -> int:
     """Write the file and the sheet."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("face", type=Path, help="ICT's model, imported")
-    parser.add_argument(
-        "output", nargs="?", type=Path, default=Path(__file__).resolve().parent / "population"
-    )
-    parser.add_argument("--sheet", type=Path, metavar="PICTURE", help="postures, to look at")
-    args = parser.parse_args()
+    args = arguments(__doc__)
     ours, scans, names = load_speaker(), load_speaker(args.face), mouth_units()
     missing = [name for name in names if name not in scans.unit_names]
     if missing:
