@@ -255,10 +255,13 @@ class Problem:
         return cost, -self.chosen(fall), self._of_free(bend)
 
     def _bent(self, term: Squared, x: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """The same of a sum of squares, by differences of a first step of each parameter."""
-        scale = self.spec.scale
-        several = np.vstack([x, x + np.diag(scale)])
-        cost, curve, fall = self._linearised(term, several, 1.0)
+        """The same of a sum of squares, by differences of a first step of each parameter.
+
+        Or of so much of it as the term's `difference` says, if it has one.
+        """
+        scale, share = self.spec.scale, float(getattr(term, "difference", 1.0))
+        several = np.vstack([x, x + np.diag(share * scale)])
+        cost, curve, fall = self._linearised(term, several, share)
         return cost, 2 * fall / scale, 2 * curve / np.outer(scale, scale)
 
     def push(self, x: FloatArray) -> FloatArray:

@@ -77,9 +77,23 @@ def sealed(problem: Problem, found: Found, seal: Seal) -> Found:
     """Result over all parameters, or the same with lips that touch."""
     if not 0 < seal.apart(found.x) < HEAD_FIT.open_from:
         return found
-    there = seal.closed(found.x)
+    there = _touching(problem, found.x, seal)
     value = problem(problem.chosen(there)).value
     best = replace(found.best, n_evaluations=found.best.n_evaluations + 1)
     if value - found.best.value > seal.worth:
         return replace(found, best=best)
     return replace(found, x=there, best=replace(best, x=there, value=value))
+
+
+def _touching(problem: Problem, x: FloatArray, seal: Seal) -> FloatArray:
+    """Parameters (6 + P,) near `x` at which the lips touch.
+
+    Where evidence of the skin holds a posture, those that cost it least, about.
+    """
+    if not any(hasattr(term, "rows") for term in problem.terms.values()):
+        return seal.closed(x)
+    told, slope = problem.information(problem.chosen(x)), problem.chosen(seal.slope)
+    if told is None:
+        return seal.closed(x)
+    way = np.linalg.lstsq(told, slope, rcond=None)[0]
+    return problem.whole(problem.chosen(x) - seal.apart(x) / (slope @ way) * way)

@@ -16,6 +16,7 @@ from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import meanwhile
 from abs_engine.face.base import Face
 from abs_engine.face.shape.linear import LinearShape
+from abs_engine.fit.shading import NAME as SHADING
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.video import read_frames
 from abs_engine.learn.heads.table import EYES_MM
@@ -42,6 +43,7 @@ from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.lip_landmarks import LipLandmarks
 from abs_engine.tracking.mouth_landmarks import BOTH, MouthLandmarks
 from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Tell, TrackOptions
+from abs_engine.tracking.own_shading import shaded_person
 from abs_engine.tracking.person_fit import FittedPerson, fit_person
 from abs_engine.tracking.plugin_trial import Trial
 from abs_engine.tracking.rendered_landmarks import sightings_of
@@ -88,7 +90,7 @@ def prepare_head(
     TermError
         If a plugin's evidence fails on a drawing of the average head, or is not finite there.
     """
-    leaves.check("head", ("colour",))
+    leaves.check("head", ("colour", SHADING))
     speaker = load_speaker(options.speaker) if speaker is None else speaker
     _check_made(speaker)
     if not all(own(kind.bind) for kind in leaves.kinds.values()):
@@ -185,9 +187,12 @@ def by_landmarks(
     turned = [seen[k] for k in turned_apart([marks for _, marks in seen], len(chosen))]
     tell("fitting the head")
     fitted = fit_person(average.result(), chosen, clip.camera, renderer, clip.colours, tell, turned)
+    face = None
+    if SHADING in leaves.kinds:
+        face = shaded_person(fitted, chosen, clip.camera, renderer)
     poses = None if given is None else given.aligned(fitted, numbered)
     first = clip.first(follower.found)
-    setting = head_setting(clip, fitted, renderer, options, leaves, choice, first, given=poses)
+    setting = head_setting(clip, fitted, renderer, options, leaves, choice, first, face, poses)
     facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, scale, follower.remarks(), facts)
 

@@ -70,3 +70,62 @@ class AppearanceSettings:
 
 
 APPEARANCE = AppearanceSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class ShadingSettings:
+    """Settings of shaded skin.
+
+    Attributes
+    ----------
+    least_motion : float, mm
+        By which postures move skin that is compared, in the root of the modes' squares. Not
+        measured.
+    facing : float, cosine
+        Least between a point's normal and the line of sight. Not measured.
+    margin : int, pixels
+        Of picture that is kept about the points, so far do they move in a fit. Not measured.
+    smoothing : float, pixels
+        Of the picture, against its noise. Measured: 1.2 does as well.
+    rounds : int
+        Of colours and light in turn. Not measured.
+    wrong : float, median errors
+        From which a point counts less in the light. Not measured.
+    least_light : float, share
+        That holds numbers of the light near 0 which nothing tells. Not measured.
+    alike : float, frames
+        As many as a point's colour is taken to be that of most. Measured: with ten times as many,
+        motion is as good and apertures less so.
+    least_noise : float, share of the brightness
+        In each channel, however well the frames are explained. Not measured.
+    fewest : int, points of each harmonic
+        In all frames, with fewer of which light is not learned. Not measured.
+    tail : float, standard deviations
+        From which an error counts ever less. Not measured.
+    own_light : int, harmonics
+        That a frame's light may differ by. Measured on unknown ICT heads, 0, 4 and 9: no worse with
+        any of them; strangers' clips are better with 4 or 9.
+    difference : float, first steps
+        Of each parameter, over which slopes are taken. Measured: with whole steps the lips end up
+        0.7 mm to one side.
+    spot : float, mm^2
+        Of skin that is one observation.
+    """
+
+    least_motion: float = 1.0
+    facing: float = 0.35
+    margin: int = 16
+    smoothing: float = 0.7
+    rounds: int = 10
+    wrong: float = 2.0
+    least_light: float = 1e-6
+    alike: float = 0.5
+    least_noise: float = 0.001
+    fewest: int = 10
+    tail: float = 2.0
+    own_light: int = 4
+    difference: float = 0.1
+    spot: float = 220.0
+
+
+SHADING = ShadingSettings()

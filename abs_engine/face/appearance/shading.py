@@ -1,0 +1,224 @@
+"""Shaded skin: a clip's own colour of each point of the face, and the light that falls on it.
+
+Skin is taken for matt: what a pixel shows is the colour of a point times the light that its normal
+receives, which has nine numbers for each channel wherever the lamps are (Ramamoorthi and Hanrahan,
+"An efficient representation for irradiance environment maps", 2001). A point that slides is seen by
+its colour, one that turns by its shade.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.arrays import BoolArray, FloatArray, Image, IntArray
+from abs_engine.core.camera import Camera
+from abs_engine.core.scene import Candidates
+from abs_engine.face.appearance import shading_loops
+from abs_engine.face.base import Body
+from abs_engine.face.settings.appearance import SHADING
+
+HARMONICS = 9
+_BYTES = np.arange(256) / 255.0
+_LINEAR = np.where(
+    _BYTES <= 0.04045, _BYTES / 12.92, ((_BYTES + 0.055) / 1.055) ** 2.4
+).astype(np.float32)  # fmt: skip
+"""Light of each value of an sRGB picture (IEC 61966-2-1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class SkinPatch:
+    """Skin that moves with the mouth, as points that are compared and the facets around them.
+
+    Parameters
+    ----------
+    mean : (S, 3) float64, mm, head frame
+        Posture 0.
+    modes : (P, S, 3) float64, mm
+    facets : (G, 3) int32
+        Into the S vertices.
+    compared : (N,) int
+        Which of them are compared; those at the patch's edge only give others a normal.
+    """
+
+    mean: FloatArray
+    modes: FloatArray
+    facets: NDArray[np.int32]
+    compared: IntArray
+
+    @classmethod
+    def of(cls, body: Body) -> SkinPatch:
+        """The skin of a face that moves by `SHADING.least_motion` or more.
+
+        Lips shine and stretch: in real videos, and on drawn heads, they are better left out.
+        """
+        shown = np.array([name == "skin" for name in body.regions])
+        facets = body.faces[shown[body.facet_class]]
+        motion = np.sqrt((body.modes.astype(np.float64) ** 2).sum(axis=(0, 2)))
+        moves = motion > SHADING.least_motion
+        near = facets[moves[facets].any(axis=1)]
+        used = np.unique(near)
+        place = np.full(len(body.mean), -1)
+        place[used] = np.arange(len(used))
+        return cls(
+            body.mean[used].astype(np.float64), body.modes[:, used].astype(np.float64),
+            place[near].astype(np.int32), np.flatnonzero(moves[used]),
+        )  # fmt: skip
+
+    @property
+    def area(self) -> float:
+        """Area at posture 0, mm^2."""
+        a, b, c = (self.mean[self.facets[:, k]] for k in range(3))
+        return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+
+    def placed(self, candidates: Candidates) -> tuple[FloatArray, FloatArray]:
+        """Places, mm, and normals of the compared points (B, N, 3), camera frame."""
+        at, normals = shading_loops.placed(
+            self.mean, self.modes, self.facets, self.compared,
+            candidates.weights, candidates.rotations, candidates.translations,
+        )  # fmt: skip
+        return at, normals
+
+
+@dataclass(frozen=True, eq=False)
+class SkinShading:
+    """Colours of a patch's points and the light on them, learned from a clip.
+
+    Parameters
+    ----------
+    patch : SkinPatch
+    colour : (N, 3) float64
+        Of each point, about 1.
+    light : (9, 3) float64, linear
+        Of each harmonic, camera frame, in each channel.
+    noise : (3,) float64, linear
+        What is left of what the points show.
+    """
+
+    patch: SkinPatch
+    colour: FloatArray
+    light: FloatArray
+    noise: FloatArray
+
+    def shaded(self, normals: FloatArray, seen: BoolArray) -> FloatArray:
+        """What the M points `seen` (N,) show, (B, M, 3) linear, with normals (B, M, 3)."""
+        return np.asarray(shading_loops.lit(normals, self.light) * self.colour[seen])
+
+
+@dataclass(frozen=True, eq=False)
+class LinearPicture:
+    """A part of a frame in linear light.
+
+    Parameters
+    ----------
+    values : (h, w, 3) float32
+    left, top : int, pixels
+        Of the part's first pixel in the frame.
+    """
+
+    values: NDArray[np.float32]
+    left: int
+    top: int
+
+    @classmethod
+    def about(cls, image: Image, pixels: FloatArray) -> LinearPicture:
+        """The part of a frame about some pixels (N, 2), its noise smoothed."""
+        height, width = image.shape[:2]
+        margin = SHADING.margin
+        low = np.floor(pixels.min(axis=0)).astype(int) - margin
+        high = np.ceil(pixels.max(axis=0)).astype(int) + margin + 1
+        left, top = np.clip(low, 0, [width - 2, height - 2])
+        right, bottom = np.clip(high, [left + 2, top + 2], [width, height])
+        values = _LINEAR[image[top:bottom, left:right]]
+        return cls(cv2.GaussianBlur(values, (0, 0), SHADING.smoothing), int(left), int(top))
+
+    def at(self, pixels: FloatArray) -> FloatArray:
+        """What is seen at pixels (B, N, 2) of the frame, (B, N, 3)."""
+        return np.asarray(shading_loops.sampled(self.values, pixels - [self.left, self.top]))
+
+
+def harmonics(normals: FloatArray) -> FloatArray:
+    """The first nine spherical harmonics (..., 9) of unit vectors (..., 3), up to factors."""
+    x, y, z = normals[..., 0], normals[..., 1], normals[..., 2]
+    parts = (np.ones_like(x), x, y, z, x * y, y * z, x * z, x * x - y * y, 3 * z * z - 1)
+    return np.stack(parts, axis=-1)
+
+
+def facing(at: FloatArray, normals: FloatArray) -> BoolArray:
+    """Which points (..., N, 3), camera frame, turn to the camera with their normals, (..., N)."""
+    away = -(at * normals).sum(axis=-1) / np.linalg.norm(at, axis=-1)
+    return np.asarray(away > SHADING.facing)
+
+
+def learn_shading(
+    patch: SkinPatch, camera: Camera, frames: Sequence[tuple[Image, Candidates]]
+) -> SkinShading | None:
+    """Learn a clip's colours and light from frames whose pose and posture are known, about.
+
+    Parameters
+    ----------
+    patch : SkinPatch
+    camera : Camera
+    frames : sequence of (image (H, W, 3) uint8 RGB, Candidates of one)
+
+    Returns
+    -------
+    SkinShading or None
+        None where fewer points are seen than say anything.
+    """
+    seen, shown, turned = (
+        np.stack(part) for part in zip(*_views(patch, camera, frames), strict=True)
+    )
+    if seen.sum() < SHADING.fewest * HARMONICS:
+        return None
+    colour, light = np.ones((len(patch.compared), 3)), np.zeros((HARMONICS, 3))
+    for k in range(3):
+        for _ in range(SHADING.rounds):
+            light[:, k] = _light(turned[seen], shown[seen][:, k], colour[:, k], seen, light[:, k])
+            colour[:, k] = _colour(turned @ light[:, k], shown[..., k], seen, colour[:, k])
+    learned = SkinShading(patch, colour, light, np.ones(3))
+    left = np.abs(shown - (turned @ light) * colour)[seen]
+    least = SHADING.least_noise * np.median(shown[seen], axis=0)
+    return replace(learned, noise=np.hypot(1.4826 * np.median(left, axis=0), least))
+
+
+def _views(
+    patch: SkinPatch, camera: Camera, frames: Sequence[tuple[Image, Candidates]]
+) -> Iterator[tuple[BoolArray, FloatArray, FloatArray]]:
+    """Of each frame, which points are seen, (N,), what they show, (N, 3), and their harmonics."""
+    for image, candidate in frames:
+        at, normals = patch.placed(candidate)
+        pixels = camera.project(at)
+        shown = LinearPicture.about(image, pixels[0]).at(pixels)
+        yield facing(at[0], normals[0]), shown[0], harmonics(normals[0])
+
+
+def _light(
+    turned: FloatArray, shown: FloatArray, colour: FloatArray, seen: BoolArray, last: FloatArray
+) -> FloatArray:
+    """The light (9,) in one channel by what is seen (M,), its harmonics (M, 9), and the colours.
+
+    What lies far from the light found `last` counts less.
+    """
+    rows = turned * np.broadcast_to(colour, seen.shape)[seen][:, None]
+    weight = np.ones(len(rows))
+    if last.any():
+        off = np.abs(rows @ last - shown)
+        weight = 1 / (1 + (off / max(SHADING.wrong * float(np.median(off)), 1e-9)) ** 2)
+    held = SHADING.least_light * len(rows) * np.eye(HARMONICS)
+    heavy = rows * weight[:, None]
+    return np.asarray(np.linalg.solve(heavy.T @ rows + held, heavy.T @ shown))
+
+
+def _colour(lit: FloatArray, shown: FloatArray, seen: BoolArray, before: FloatArray) -> FloatArray:
+    """The points' colours (N,) in one channel, by what was seen in T frames (T, N).
+
+    A point has, as of `SHADING.alike` frames, the colour of most.
+    """
+    held = SHADING.alike * float(np.median(lit[seen] ** 2))
+    own, sure = (lit * shown * seen).sum(axis=0), (lit**2 * seen).sum(axis=0)
+    return np.asarray((own + held * np.median(before)) / (sure + held))

@@ -1,0 +1,138 @@
+"""Evidence of shaded skin: the clip's own colours under its own light, point by point.
+
+It says where skin and lips lie along themselves, which the borders between colour classes cannot,
+and by their shade how they are turned.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from abs_engine.compare.residual_rows import Rows
+from abs_engine.core.arrays import BoolArray, FloatArray, Image
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
+from abs_engine.core.pose import PoseFrame
+from abs_engine.core.scene import Candidates
+from abs_engine.face.appearance import shading_loops
+from abs_engine.face.appearance.shading import (
+    LinearPicture,
+    SkinPatch,
+    SkinShading,
+    facing,
+    harmonics,
+    learn_shading,
+)
+from abs_engine.face.base import Face
+from abs_engine.face.settings.appearance import SHADING
+from abs_engine.fit.terms import TermKind
+from abs_engine.fit.view import View
+
+NAME = "shading"
+
+
+@dataclass(frozen=True, eq=False)
+class ShadedSkin:
+    """Error of shaded skin in a frame, in nats.
+
+    A point's error counts as little as Cauchy's distribution has it: highlights, hands and hair
+    are no skin. Points near each other are wrong together, so that `SHADING.spot` of skin is one
+    observation.
+
+    Parameters
+    ----------
+    looks : SkinShading
+    camera : Camera
+    picture : LinearPicture
+    seen : (N,) bool
+        Which points turn to the camera, about.
+    nats : float
+        What half a squared standard deviation of one channel of one point counts.
+    own_light : (3, M, L) float64
+        Orthonormal errors of the points seen that do not count, in each channel.
+    difference : float
+        Share of a parameter's first step over which slopes are taken.
+    """
+
+    looks: SkinShading
+    camera: Camera
+    picture: LinearPicture
+    seen: BoolArray
+    nats: float
+    own_light: FloatArray
+    difference: float = SHADING.difference
+
+    def negative_log(self, candidates: Candidates) -> FloatArray:
+        """-log of the likelihood of each candidate, (B,), up to a constant."""
+        return self.rows(candidates).value
+
+    def rows(self, candidates: Candidates) -> Rows:
+        """Residuals of a batch, row by row, that are squared and summed."""
+        at, normals = self.patch.placed(candidates)
+        shown = self.picture.at(self.camera.project(at))
+        expected = self.looks.shaded(normals, self.seen)
+        off = (shown - expected) / self.looks.noise
+        for c in range(3):
+            off[..., c] -= (off[..., c] @ self.own_light[c]) @ self.own_light[c].T
+        rows = shading_loops.cauchy_roots(off.reshape(len(at), -1), SHADING.tail, self.nats)
+        value = np.asarray((rows**2).sum(axis=1), np.float64)
+        return Rows(rows, np.ones(rows.shape, np.bool_), value)
+
+    @cached_property
+    def patch(self) -> SkinPatch:
+        """The patch with the points alone that are seen."""
+        patch = self.looks.patch
+        return replace(patch, compared=patch.compared[self.seen])
+
+
+def shading_term(face: Face, view: View) -> ShadedSkin:
+    """The error of shaded skin about a view's start."""
+    looks: SkinShading = face.learned(NAME)
+    (at,), (normals,) = looks.patch.placed(view.frame.candidates(view.start[None]))
+    picture = LinearPicture.about(view.image, view.camera.project(at))
+    nats = looks.patch.area / SHADING.spot / len(at) / 3
+    seen = facing(at, normals)
+    return ShadedSkin(looks, view.camera, picture, seen, nats, _free(looks, normals, seen))
+
+
+def _free(looks: SkinShading, normals: FloatArray, seen: BoolArray) -> FloatArray:
+    """Errors that a frame's own light explains, orthonormal, (3, M, L): see `SHADING.own_light`."""
+    basis = harmonics(normals[seen])[:, : SHADING.own_light]
+    return np.stack([np.linalg.qr(basis * looks.colour[seen][:, [c]])[0] for c in range(3)])
+
+
+def with_shading(
+    face: Face, camera: Camera, frames: Iterable[tuple[Image, Pose, FloatArray]]
+) -> Face:
+    """The face with the shading that its skin has in some frames.
+
+    Parameters
+    ----------
+    face : Face
+    camera : Camera
+    frames : iterable of (image, Pose, (6 + P,) float64)
+        Each with about where the head is, and a correction of that and the posture.
+
+    Raises
+    ------
+    ParameterError
+        If they show too little of it.
+    """
+    posed = [
+        (image, PoseFrame(pose, face.pivot).candidates(vector[None]))
+        for image, pose, vector in frames
+    ]
+    learned = learn_shading(SkinPatch.of(face.body), camera, posed) if posed else None
+    if learned is None:
+        raise ParameterError(
+            "too little skin is seen to learn its shading", f"leave {NAME} out of --terms"
+        )
+    return face.looking(**{NAME: learned})
+
+
+SHADING_KIND = TermKind(NAME, shading_term, ("values", "residuals"))
