@@ -7,6 +7,7 @@ looks, too; then
 `abs-engine track FILMS/film_K.mp4 -o RUNS/film_K --model ict.face --person film_K --camera
 FILMS/camera_K.json`; then `python tests/ict_known.py score RUNS FILMS`. Vertices are compared in
 the head's coordinates, which a known head shares with its film: as they are, with no alignment.
+Of the lips' motion, each point's mean over the film is taken out.
 The recording moves brows and eyelids, too, which a run does not follow.
 """
 
@@ -54,6 +55,8 @@ NAMES = (
     "lips across",
     "lips in depth",
     "lips at rest",
+    "lips' motion",
+    "its part across",
 )
 TILE, TILES = 768, 9
 """Pixels a side of a tile of ICT's texture, and their number with the eyes' own."""
@@ -126,13 +129,17 @@ def score(head: Head, run: Path, film: Path) -> tuple[float, ...]:
     lips = np.unique(np.concatenate(list(lip_rings(head).values())))
     skull = np.setdiff1d(np.arange(SKIN), np.arange(NARROW))
     areas = (np.arange(SKIN), skull, np.arange(NARROW), lips)
-    neutral, rows = told["neutral"].astype(np.float64), []
+    neutral, rows, apart = told["neutral"].astype(np.float64), [], []
     for t in found:
         moved = np.tensordot(told["expressions"][t], head.expressions, 1)
         off = mesh.vertices(int(t))[: len(neutral)] - neutral - moved
         own = [rms(off[at]) for at in areas]
+        apart.append(off[lips])
         rows.append([*own, rms(off[lips, :2]), rms(off[lips, 2:]), rms(moved[lips])])
-    return len(found) / len(told["aperture"]), turn, *np.sqrt((np.array(rows) ** 2).mean(axis=0))
+    means = np.sqrt((np.array(rows) ** 2).mean(axis=0))
+    motion = np.array(apart) - np.mean(apart, axis=0)
+    share = len(found) / len(told["aperture"])
+    return share, turn, *means, rms(motion), rms(motion[..., :2])
 
 
 def main(words: list[str]) -> None:

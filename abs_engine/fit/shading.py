@@ -24,9 +24,9 @@ from abs_engine.face.appearance.shading import (
     LinearPicture,
     SkinPatch,
     SkinShading,
-    facing,
     harmonics,
     learn_shading,
+    seen,
 )
 from abs_engine.face.base import Face
 from abs_engine.face.settings.appearance import SHADING
@@ -96,14 +96,27 @@ def shading_term(face: Face, view: View) -> ShadedSkin:
     (at,), (normals,) = looks.patch.placed(view.frame.candidates(view.start[None]))
     picture = LinearPicture.about(view.image, view.camera.project(at))
     nats = looks.patch.area / SHADING.spot / len(at) / 3
-    seen = facing(at, normals)
-    return ShadedSkin(looks, view.camera, picture, seen, nats, _free(looks, normals, seen))
+    there = seen(view.camera, view.image, at, normals)
+    shown = picture.at(view.camera.project(at[None]))[0]
+    looks = _as_bright(looks, normals, shown, there)
+    return ShadedSkin(looks, view.camera, picture, there, nats, _free(looks, normals, there))
 
 
-def _free(looks: SkinShading, normals: FloatArray, seen: BoolArray) -> FloatArray:
+def _as_bright(
+    looks: SkinShading, normals: FloatArray, shown: FloatArray, there: BoolArray
+) -> SkinShading:
+    """Looks in a frame as bright, in each channel, as most of its points are (N, 3)."""
+    expected = looks.shaded(normals[None, there], there)[0]
+    if not len(expected):
+        return looks
+    share = np.median(shown[there] / np.maximum(expected, looks.noise), axis=0)
+    return replace(looks, light=looks.light * np.clip(share, *SHADING.brightness))
+
+
+def _free(looks: SkinShading, normals: FloatArray, there: BoolArray) -> FloatArray:
     """Errors that a frame's own light explains, orthonormal, (3, M, L): see `SHADING.own_light`."""
-    basis = harmonics(normals[seen])[:, : SHADING.own_light]
-    return np.stack([np.linalg.qr(basis * looks.colour[seen][:, [c]])[0] for c in range(3)])
+    basis = harmonics(normals[there])[:, : SHADING.own_light]
+    return np.stack([np.linalg.qr(basis * looks.colour[there][:, [c]])[0] for c in range(3)])
 
 
 def with_shading(

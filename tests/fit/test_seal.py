@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,8 @@ SEEN = np.array([[0.0, 0.0], [0.0, 0.1], [0.0, 0.2], [4.0, 2.0]])
 
 class Picture:
     """A bowl about some parameters, so many nats deep for each squared unit."""
+
+    terms: ClassVar = {}
 
     def __init__(self, best, nats):
         self.best, self.nats = np.asarray(best), nats

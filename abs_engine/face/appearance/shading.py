@@ -9,7 +9,7 @@ its colour, one that turns by its shade.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -134,7 +134,8 @@ class LinearPicture:
         left, top = np.clip(low, 0, [width - 2, height - 2])
         right, bottom = np.clip(high, [left + 2, top + 2], [width, height])
         values = _LINEAR[image[top:bottom, left:right]]
-        return cls(cv2.GaussianBlur(values, (0, 0), SHADING.smoothing), int(left), int(top))
+        smooth = cv2.GaussianBlur(values, (0, 0), SHADING.smoothing)
+        return cls(np.asarray(smooth, np.float32), int(left), int(top))
 
     def at(self, pixels: FloatArray) -> FloatArray:
         """What is seen at pixels (B, N, 2) of the frame, (B, N, 3)."""
@@ -148,10 +149,12 @@ def harmonics(normals: FloatArray) -> FloatArray:
     return np.stack(parts, axis=-1)
 
 
-def facing(at: FloatArray, normals: FloatArray) -> BoolArray:
-    """Which points (..., N, 3), camera frame, turn to the camera with their normals, (..., N)."""
+def seen(camera: Camera, image: Image, at: FloatArray, normals: FloatArray) -> BoolArray:
+    """Which points (N, 3), camera frame, turn to the camera with their normals, and are shown."""
     away = -(at * normals).sum(axis=-1) / np.linalg.norm(at, axis=-1)
-    return np.asarray(away > SHADING.facing)
+    pixels, size = camera.project(at), np.array(image.shape[1::-1])
+    within = ((pixels > -0.5) & (pixels < size - 0.5)).all(axis=-1)
+    return np.asarray((away > SHADING.facing) & (at[:, 2] > 0) & within)
 
 
 def learn_shading(
@@ -170,20 +173,21 @@ def learn_shading(
     SkinShading or None
         None where fewer points are seen than say anything.
     """
-    seen, shown, turned = (
-        np.stack(part) for part in zip(*_views(patch, camera, frames), strict=True)
-    )
-    if seen.sum() < SHADING.fewest * HARMONICS:
+    if not frames or not len(patch.compared):
+        return None
+    each = list(_views(patch, camera, frames))
+    there, shown, turned = (np.stack(part) for part in zip(*each, strict=True))
+    if there.sum() < SHADING.fewest * HARMONICS:
         return None
     colour, light = np.ones((len(patch.compared), 3)), np.zeros((HARMONICS, 3))
     for k in range(3):
+        one = shown[..., k]
         for _ in range(SHADING.rounds):
-            light[:, k] = _light(turned[seen], shown[seen][:, k], colour[:, k], seen, light[:, k])
-            colour[:, k] = _colour(turned @ light[:, k], shown[..., k], seen, colour[:, k])
-    learned = SkinShading(patch, colour, light, np.ones(3))
-    left = np.abs(shown - (turned @ light) * colour)[seen]
-    least = SHADING.least_noise * np.median(shown[seen], axis=0)
-    return replace(learned, noise=np.hypot(1.4826 * np.median(left, axis=0), least))
+            light[:, k] = _light(turned[there], one[there], colour[:, k], there, light[:, k])
+            colour[:, k] = _colour(turned @ light[:, k], one, there, colour[:, k])
+    left = np.abs(shown - (turned @ light) * colour)[there]
+    least = SHADING.least_noise * np.median(shown[there], axis=0)
+    return SkinShading(patch, colour, light, np.hypot(1.4826 * np.median(left, axis=0), least))
 
 
 def _views(
@@ -194,7 +198,7 @@ def _views(
         at, normals = patch.placed(candidate)
         pixels = camera.project(at)
         shown = LinearPicture.about(image, pixels[0]).at(pixels)
-        yield facing(at[0], normals[0]), shown[0], harmonics(normals[0])
+        yield seen(camera, image, at[0], normals[0]), shown[0], harmonics(normals[0])
 
 
 def _light(

@@ -11,7 +11,12 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from abs_engine.compare.settings import COMPARISON, CompareSettings
-from abs_engine.face.settings.appearance import APPEARANCE, AppearanceSettings
+from abs_engine.face.settings.appearance import (
+    APPEARANCE,
+    SHADING,
+    AppearanceSettings,
+    ShadingSettings,
+)
 from abs_engine.face.settings.colour import COLOURS, ColourSettings
 from abs_engine.face.settings.shape import SHAPE, ShapeSettings
 from abs_engine.fit.settings import (
@@ -62,6 +67,8 @@ class Settings:
         Colour classes.
     appearance : AppearanceSettings
         Textures and local appearance.
+    shading : ShadingSettings
+        Shaded skin, where it is compared.
     comparison : CompareSettings
         Terms and priors.
     head_fit, shell_fit, talking_fit : HeadFitSettings, ShellFitSettings, TalkingFitSettings
@@ -86,6 +93,7 @@ class Settings:
     shape: ShapeSettings = SHAPE
     colours: ColourSettings = COLOURS
     appearance: AppearanceSettings = APPEARANCE
+    shading: ShadingSettings = SHADING
     comparison: CompareSettings = COMPARISON
     head_fit: HeadFitSettings = HEAD_FIT
     shell_fit: ShellFitSettings = SHELL_FIT

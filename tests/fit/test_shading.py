@@ -1,0 +1,186 @@
+"""Shaded skin is learned from pictures, and says where skin lies along itself."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import abs_engine
+from abs_engine.cli import main
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import FACING, Pose, rotations
+from abs_engine.core.params import ParamSpec
+from abs_engine.core.pose import PoseFrame, pose_and
+from abs_engine.dataset import load_truth
+from abs_engine.face.appearance.shading import SkinPatch, harmonics, learn_shading
+from abs_engine.face.base import Body
+from abs_engine.fit.problem import Problem
+from abs_engine.fit.shading import NAME, shading_term, with_shading
+from abs_engine.fit.view import View
+from abs_engine.report.demo import film_clip
+
+CAMERA = Camera.ideal((160, 160), 480.0)
+POSE = Pose(FACING, np.array([0.0, 0.0, 300.0]))
+SIDE = 41
+LIGHT = np.zeros((9, 3))
+LIGHT[0], LIGHT[1], LIGHT[2], LIGHT[3] = 0.30, 0.10, -0.06, -0.15
+SPEC = ParamSpec(("a", "b"), ("sd", "sd"), np.full(2, 0.5), np.full(2, -9.0), np.full(2, 9.0))
+
+
+def sheet():
+    """A bulging sheet of skin, 60 mm wide; its postures slide it sideways and raise a bump."""
+    x, y = (a.ravel() for a in np.meshgrid(*[np.linspace(-30, 30, SIDE)] * 2))
+    mean = np.stack([x, y, -(x**2 + y**2) / 60], axis=1)
+    soft = np.exp(-(x**2 + y**2) / (2 * 15.0**2))
+    slide, bump = np.zeros((2, len(x), 3))
+    slide[:, 0], bump[:, 2] = 2 * soft, 3 * np.exp(-(x**2 + y**2) / (2 * 8.0**2))
+    k = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)
+    a, b, c, d = k[:-1, :-1].ravel(), k[:-1, 1:].ravel(), k[1:, :-1].ravel(), k[1:, 1:].ravel()
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([b, d, c], 1)]).astype(np.int32)
+    return Body(
+        mean.astype(np.float32), np.stack([slide, bump]).astype(np.float32), faces,
+        np.zeros(len(faces), np.int32), ("skin",), np.zeros(0, np.int32),
+    )  # fmt: skip
+
+
+BODY = sheet()
+
+
+def paint(x, y):
+    """Blotches (..., 3) about 1, by the place on the sheet at rest."""
+    waves = np.sin(0.5 * x + 1) * np.cos(0.4 * y) + 0.6 * np.sin(0.3 * x - 0.45 * y)
+    return 1 + 0.12 * waves[..., None] * [1.0, 0.9, 0.8]
+
+
+def picture(posture, pose=POSE, brightness=1.0):
+    """The sheet as dots that lie so close that they fill the picture: no mesh is drawn."""
+    fine = np.linspace(-30, 30, 641)
+    x, y = np.meshgrid(fine, fine)
+    soft = np.exp(-(x**2 + y**2) / (2 * 15.0**2))
+    at = np.stack([x + posture[0] * 2 * soft, y, -(x**2 + y**2) / 60], axis=-1)
+    at[..., 2] += posture[1] * 3 * np.exp(-(x**2 + y**2) / (2 * 8.0**2))
+    along, across = np.gradient(at, fine, axis=1), np.gradient(at, fine, axis=0)
+    normals = np.cross(along, across)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    light = brightness * paint(x, y) * (harmonics(normals @ pose.rotation.T) @ LIGHT)
+    pixels = np.rint(CAMERA.project(pose.apply(at.reshape(-1, 3)))).astype(int)
+    total, count = np.zeros((160, 160, 3)), np.zeros((160, 160, 1))
+    np.add.at(total, (pixels[:, 1], pixels[:, 0]), light.reshape(-1, 3))
+    np.add.at(count, (pixels[:, 1], pixels[:, 0]), 1)
+    linear = total / np.maximum(count, 1)
+    coded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return np.rint(255 * np.clip(coded, 0, 1)).astype(np.uint8)
+
+
+def face_of(body):
+    """Just what is asked of a face."""
+    looks = {}
+
+    def looking(**learned):
+        looks.update(learned)
+        return face
+
+    face = SimpleNamespace(body=body, pivot=np.zeros(3), looking=looking, learned=looks.get)
+    return face
+
+
+def problem_of(posture, **changed):
+    """The problem of a frame in which the sheet has some posture, and its term."""
+    seen = [np.array([a, b]) for a, b in ((0, 0), (1.5, 0), (-1.5, 0.5), (0, 1.5), (1, -1))]
+    frames = [(picture(p), POSE, np.r_[np.zeros(6), p]) for p in seen]
+    face = with_shading(face_of(BODY), CAMERA, frames)
+    view = View(
+        picture(posture, **changed), CAMERA, None, PoseFrame(POSE, np.zeros(3)),
+        Window(0, 0, 160, 160), np.zeros(8),
+    )  # fmt: skip
+    term = shading_term(face, view)
+    return Problem(view.frame, pose_and(SPEC), {NAME: term}), term
+
+
+def stepped(problem, x, free):
+    """Parameters after ten Newton steps of the free ones alone."""
+    for _ in range(10):
+        _, slope, curve = problem.newton(x, 2)
+        x = x.copy()
+        x[free] -= np.linalg.solve(curve[np.ix_(free, free)], slope[free])
+    return x
+
+
+def test_colours_and_light_explain_the_pictures_they_were_learned_from():
+    frames = [
+        (picture(p), PoseFrame(POSE, np.zeros(3)).candidates(np.r_[np.zeros(6), p][None]))
+        for p in ((0.0, 0.0), (1.5, 0.0), (-1.5, 1.0))
+    ]
+    learned = learn_shading(SkinPatch.of(BODY), CAMERA, frames)
+    assert (learned.noise < 0.05 * 0.3).all()
+    x, y = learned.patch.mean[learned.patch.compared, :2].T
+    for k in range(3):
+        assert np.corrcoef(learned.colour[:, k], paint(x, y)[:, k])[0, 1] > 0.9
+
+
+@pytest.mark.parametrize("brightness", [1.0, 0.8])
+def test_newton_steps_find_the_posture_whatever_the_brightness(brightness):
+    true = np.array([1.0, 0.8])
+    problem, _ = problem_of(true, brightness=brightness)
+    found = stepped(problem, np.zeros(8), np.array([6, 7]))[6:]
+    np.testing.assert_allclose(found, true, atol=0.12)
+
+
+def test_its_rows_are_what_its_value_says_and_the_truth_is_best():
+    true = np.array([1.0, 0.8])
+    problem, term = problem_of(true)
+    several = np.zeros((5, 8))
+    several[:, 6:] = true + np.array([[0, 0], [0.5, 0], [-0.5, 0], [0, 0.7], [0, -0.7]])
+    values = problem.values(several)
+    rows = term.rows(problem.candidates(several))
+    np.testing.assert_allclose((rows.rows**2).sum(axis=1), values)
+    assert values.argmin() == 0
+
+
+@pytest.mark.parametrize(
+    "pose",
+    [
+        Pose(POSE.rotation, np.array([55.0, 0.0, 300.0])),
+        Pose(POSE.rotation @ rotations(np.array([[0.0, 1.2, 0.0]]))[0], POSE.translation),
+    ],
+    ids=["beyond the picture", "turned away"],
+)
+def test_points_that_are_not_seen_are_not_compared(pose):
+    _, term = problem_of(np.zeros(2))
+    view = View(
+        picture(np.zeros(2)), CAMERA, None, PoseFrame(pose, np.zeros(3)),
+        Window(0, 0, 160, 160), np.zeros(8),
+    )  # fmt: skip
+    face = face_of(BODY).looking(**{NAME: term.looks})
+    assert 0 < shading_term(face, view).seen.sum() < term.seen.sum()
+
+
+def test_a_face_without_skin_is_refused():
+    bare = SimpleNamespace(**{**vars(BODY), "regions": (None,)})
+    for body, frames in ((bare, [(picture(np.zeros(2)), POSE, np.zeros(8))]), (BODY, [])):
+        with pytest.raises(ParameterError, match="leave shading out of --terms"):
+            with_shading(face_of(body), CAMERA, frames)
+
+
+@pytest.mark.parametrize("model", ["shell"])
+def test_a_model_without_shading_is_refused_by_name(model, tmp_path, capsys):
+    words = ["track", "none.mp4", "-o", str(tmp_path / "run"), "--model", model]
+    assert main([*words, "--terms", "colour+shading"]) == 2
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_known_head_is_tracked_nearer_by_its_shading(tmp_path):
+    film = film_clip(tmp_path / "clip", "demo", person="clara", size=(320, 240), frames=14)
+    truth, errors = load_truth(film), {}
+    for terms in ("colour", "colour+shading"):
+        run = abs_engine.track(
+            truth.video, renderer="cpu", camera=truth.folder / "camera.json", person="clara",
+            terms=terms,
+        )  # fmt: skip
+        assert run.found.all()
+        away = run["lip_points"] - truth.points(run["lip_vertex"])
+        errors[terms] = float(np.sqrt((away**2).sum(axis=-1).mean()))
+    assert errors["colour+shading"] < 0.9 * errors["colour"]
