@@ -71,7 +71,12 @@ class Bordered(Term, Protocol):
 
 @runtime_checkable
 class Squared(Term, Protocol):
-    """A term that is a sum of squares."""
+    """A term that is a sum of squares.
+
+    It may have `slope_difference`, the share of each parameter's first step over which Newton's
+    slopes are taken, by default 1; and `holds_skin`, true if lips hardly touch unless the skin
+    gives way, so that `fit.seal` looks for the least costly way to close them.
+    """
 
     def rows(self, candidates: Candidates) -> Rows:
         """Residuals of a batch that are squared and summed, and what is compared in each."""

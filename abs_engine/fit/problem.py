@@ -257,9 +257,9 @@ class Problem:
     def _bent(self, term: Squared, x: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """The same of a sum of squares, by differences of a first step of each parameter.
 
-        Or of so much of it as the term's `difference` says, if it has one.
+        The share of that step is the term's `slope_difference`, 1 by default.
         """
-        scale, share = self.spec.scale, float(getattr(term, "difference", 1.0))
+        scale, share = self.spec.scale, float(getattr(term, "slope_difference", 1.0))
         several = np.vstack([x, x + np.diag(share * scale)])
         cost, curve, fall = self._linearised(term, several, share)
         return cost, 2 * fall / scale, 2 * curve / np.outer(scale, scale)

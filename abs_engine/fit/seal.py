@@ -88,12 +88,14 @@ def sealed(problem: Problem, found: Found, seal: Seal) -> Found:
 def _touching(problem: Problem, x: FloatArray, seal: Seal) -> FloatArray:
     """Parameters (6 + P,) near `x` at which the lips touch.
 
-    Where evidence of the skin holds a posture, those that cost it least, about.
+    Where evidence holds the skin in its place, those that cost least, about.
     """
-    if not any(hasattr(term, "rows") for term in problem.terms.values()):
+    if not any(getattr(term, "holds_skin", False) for term in problem.terms.values()):
         return seal.closed(x)
     told, slope = problem.information(problem.chosen(x)), problem.chosen(seal.slope)
     if told is None:
         return seal.closed(x)
     way = np.linalg.lstsq(told, slope, rcond=None)[0]
+    if not slope @ way > 0:
+        return seal.closed(x)
     return problem.whole(problem.chosen(x) - seal.apart(x) / (slope @ way) * way)

@@ -1,7 +1,7 @@
 """Evidence of shaded skin: the clip's own colours under its own light, point by point.
 
-It says where skin and lips lie along themselves, which the borders between colour classes cannot,
-and by their shade how they are turned.
+It says how far skin slides along itself, which the borders between colour classes cannot, and by
+its shade how it is turned.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -50,22 +51,24 @@ class ShadedSkin:
     camera : Camera
     picture : LinearPicture
     seen : (N,) bool
-        Which points turn to the camera, about.
+        Mask of the points that turn to the camera, about.
     nats : float
-        What half a squared standard deviation of one channel of one point counts.
-    own_light : (3, M, L) float64
+        Weight of half a squared standard deviation of one channel of one point.
+    forgiven : (3, M, L) float64
         Orthonormal errors of the points seen that do not count, in each channel.
-    difference : float
+    slope_difference : float
         Share of a parameter's first step over which slopes are taken.
     """
+
+    holds_skin: ClassVar[bool] = True  # see `fit.seal`
 
     looks: SkinShading
     camera: Camera
     picture: LinearPicture
     seen: BoolArray
     nats: float
-    own_light: FloatArray
-    difference: float = SHADING.difference
+    forgiven: FloatArray
+    slope_difference: float = SHADING.difference
 
     def negative_log(self, candidates: Candidates) -> FloatArray:
         """-log of the likelihood of each candidate, (B,), up to a constant."""
@@ -78,7 +81,7 @@ class ShadedSkin:
         expected = self.looks.shaded(normals, self.seen)
         off = (shown - expected) / self.looks.noise
         for c in range(3):
-            off[..., c] -= (off[..., c] @ self.own_light[c]) @ self.own_light[c].T
+            off[..., c] -= (off[..., c] @ self.forgiven[c]) @ self.forgiven[c].T
         rows = shading_loops.cauchy_roots(off.reshape(len(at), -1), SHADING.tail, self.nats)
         value = np.asarray((rows**2).sum(axis=1), np.float64)
         return Rows(rows, np.ones(rows.shape, np.bool_), value)
@@ -94,15 +97,18 @@ def shading_term(face: Face, view: View) -> ShadedSkin:
     """The error of shaded skin about a view's start."""
     looks: SkinShading = face.learned(NAME)
     (at,), (normals,) = looks.patch.placed(view.frame.candidates(view.start[None]))
-    picture = LinearPicture.about(view.image, view.camera.project(at))
-    nats = looks.patch.area / SHADING.spot / len(at) / 3
     there = seen(view.camera, view.image, at, normals)
-    shown = picture.at(view.camera.project(at[None]))[0]
-    looks = _as_bright(looks, normals, shown, there)
-    return ShadedSkin(looks, view.camera, picture, there, nats, _free(looks, normals, there))
+    pixels = view.camera.project(at)
+    picture = LinearPicture.about(view.image, pixels[there])
+    nats = looks.patch.area / SHADING.spot / len(at) / 3
+    shown = picture.at(pixels[None])[0]
+    looks = _in_light_of_frame(looks, normals, shown, there)
+    return ShadedSkin(
+        looks, view.camera, picture, there, nats, _by_own_light(looks, normals, there)
+    )
 
 
-def _as_bright(
+def _in_light_of_frame(
     looks: SkinShading, normals: FloatArray, shown: FloatArray, there: BoolArray
 ) -> SkinShading:
     """Looks in a frame as bright, in each channel, as most of its points are (N, 3)."""
@@ -113,7 +119,7 @@ def _as_bright(
     return replace(looks, light=looks.light * np.clip(share, *SHADING.brightness))
 
 
-def _free(looks: SkinShading, normals: FloatArray, there: BoolArray) -> FloatArray:
+def _by_own_light(looks: SkinShading, normals: FloatArray, there: BoolArray) -> FloatArray:
     """Errors that a frame's own light explains, orthonormal, (3, M, L): see `SHADING.own_light`."""
     basis = harmonics(normals[there])[:, : SHADING.own_light]
     return np.stack([np.linalg.qr(basis * looks.colour[there][:, [c]])[0] for c in range(3)])

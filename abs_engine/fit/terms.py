@@ -234,8 +234,8 @@ def check_leaves(
         if kind.learned and kind.name not in has:
             raise ParameterError(
                 f"the model '{name}' has no {kind.name} to compare",
-                f"use --terms {'+'.join(has)}, or a model that has one; texture and local are a "
-                "talking face's (--model face.npz), shading a head's",
+                f"use --terms {has[0]}; texture and local need a talking face (--model face.npz) "
+                "or one that 'speaker' learned, shading a head",
             )
     lacks = _lacking(kinds, driver.needs)
     if lacks is not None:

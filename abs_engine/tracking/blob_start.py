@@ -19,7 +19,7 @@ from abs_engine.face.appearance.exposure import Exposure, colourless
 from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
 from abs_engine.face.shape.linear import LinearShape
-from abs_engine.fit.shading import NAME as SHADING
+from abs_engine.fit.shading import NAME as SHADED
 from abs_engine.fit.shading import with_shading
 from abs_engine.io.assets import Speaker
 from abs_engine.io.video import read_frames
@@ -56,10 +56,10 @@ def by_blobs(
     held = given and model.known  # then poses are taken as they are
     shift = np.zeros(len(calibration.shift)) if held else calibration.shift
     face = held_head(model, calibration.person, calibration.classes)
-    if SHADING in leaves.kinds:
-        at = [(f.image, shifted(f.pose, shift, model.pivot)) for f in found.frames]
-        each = zip(at, calibration.expressions, strict=True)
-        face = with_shading(face, clip.camera, ((*one, vector) for one, vector in each))
+    if SHADED in leaves.kinds:
+        posed = [(f.image, shifted(f.pose, shift, model.pivot)) for f in found.frames]
+        shown = zip(posed, calibration.expressions, strict=True)
+        face = with_shading(face, clip.camera, ((*one, vector) for one, vector in shown))
     binder = HeadBinder(
         model, face, clip.camera, renderer, clip.info.rate, MouthLandmarks(model.n_expression),
         leaves.kinds, held,

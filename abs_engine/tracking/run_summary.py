@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import Face
+from abs_engine.fit.shading import NAME as SHADED
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.loop import HELD
 from abs_engine.tracking.run_warnings import doubts, little_explained, mostly_lost
@@ -60,7 +61,8 @@ def _score_of(terms: list[str], model: str) -> dict[str, str]:
     """Name of the scores' source, where results state it: a head's colours'."""
     if not terms:
         return {}
-    return {"score_of": terms[0] if model == "head" else f"{model}: {terms[0]}"}
+    name = next((term for term in terms if term != SHADED), terms[0])
+    return {"score_of": name if model == "head" else f"{model}: {name}"}
 
 
 def _by_landmarks(arrays: Mapping[str, NDArray[Any]], face: Face) -> dict[str, Any]:

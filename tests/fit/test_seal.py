@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import ClassVar
 
 import numpy as np
@@ -82,3 +83,26 @@ def test_a_gap_that_the_picture_shows_stays(seal):
 def test_lips_that_overlap_or_are_wide_open_stay(seal, opening):
     picture = Picture([0.0, opening, 0.0], 0.0)
     assert sealed(picture, found(picture), seal).best.n_evaluations == 10
+
+
+def test_lips_that_skin_holds_touch_where_that_costs_least():
+    """A gap is closed by the parameter that the picture leaves free, not by the nearest way."""
+
+    class Held(Picture):
+        terms: ClassVar = {"skin": SimpleNamespace(holds_skin=True)}
+
+        def information(self, x):
+            return np.diag([1.0, 100.0, 1.0])
+
+        def whole(self, x):
+            return x
+
+        def __call__(self, x):
+            away = x - self.best
+            return Solution(x, "", float(away @ self.information(x) @ away) / 2, {}, 1)
+
+    picture, usual = Held([0.0, 0.1, 0.5], 0.0), Seal.usual(0.1, SLOPE)
+    made = sealed(picture, found(picture), usual)
+    assert usual.apart(made.x) == pytest.approx(0.0, abs=1e-9)
+    moved = made.x - picture.best
+    assert moved[1:] == pytest.approx(-0.8 / (2.0 * 0.02 + 1.0) * np.array([0.02, 1.0]))

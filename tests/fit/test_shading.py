@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from runs import write_noise
 
 import abs_engine
 from abs_engine.cli import main
@@ -15,6 +16,7 @@ from abs_engine.core.geometry import FACING, Pose, rotations
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, pose_and
 from abs_engine.dataset import load_truth
+from abs_engine.face.appearance import shading_loops
 from abs_engine.face.appearance.shading import SkinPatch, harmonics, learn_shading
 from abs_engine.face.base import Body
 from abs_engine.fit.problem import Problem
@@ -158,6 +160,23 @@ def test_points_that_are_not_seen_are_not_compared(pose):
     assert 0 < shading_term(face, view).seen.sum() < term.seen.sum()
 
 
+def test_light_is_that_of_the_harmonics():
+    normals = np.random.default_rng(0).normal(size=(2, 7, 3))
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    light = np.random.default_rng(1).normal(size=(9, 3))
+    np.testing.assert_allclose(shading_loops.lit(normals, light), harmonics(normals) @ light)
+
+
+def test_a_channel_that_is_black_says_nothing():
+    frames = [
+        (picture(np.array(p)) * np.uint8([1, 1, 0]), POSE, np.r_[np.zeros(6), p])
+        for p in ((0.0, 0.0), (1.5, 0.0), (-1.5, 0.5))
+    ]
+    looks = with_shading(face_of(BODY), CAMERA, frames).learned(NAME)
+    assert np.isfinite(looks.colour).all()
+    assert (looks.noise > 0).all()
+
+
 def test_a_face_without_skin_is_refused():
     bare = SimpleNamespace(**{**vars(BODY), "regions": (None,)})
     for body, frames in ((bare, [(picture(np.zeros(2)), POSE, np.zeros(8))]), (BODY, [])):
@@ -165,10 +184,17 @@ def test_a_face_without_skin_is_refused():
             with_shading(face_of(body), CAMERA, frames)
 
 
-@pytest.mark.parametrize("model", ["shell"])
-def test_a_model_without_shading_is_refused_by_name(model, tmp_path, capsys):
-    words = ["track", "none.mp4", "-o", str(tmp_path / "run"), "--model", model]
-    assert main([*words, "--terms", "colour+shading"]) == 2
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        (["--model", "shell", "--terms", "colour+shading"], "has no shading to compare"),
+        (["--terms", "shading", "--driver", "simplex"], "use --terms colour+shading"),
+    ],
+)
+def test_where_it_cannot_be_compared_it_is_refused(options, line, tmp_path, capsys):
+    video = write_noise(tmp_path / "noise.mp4", 3)
+    assert main(["track", str(video), "-o", str(tmp_path / "run"), *options]) == 2
+    assert line in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
 
 
@@ -181,6 +207,7 @@ def test_a_known_head_is_tracked_nearer_by_its_shading(tmp_path):
             terms=terms,
         )  # fmt: skip
         assert run.found.all()
+        assert run.summary["score_of"] == "colour"
         away = run["lip_points"] - truth.points(run["lip_vertex"])
         errors[terms] = float(np.sqrt((away**2).sum(axis=-1).mean()))
     assert errors["colour+shading"] < 0.9 * errors["colour"]

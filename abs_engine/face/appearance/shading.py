@@ -28,6 +28,7 @@ _LINEAR = np.where(
     _BYTES <= 0.04045, _BYTES / 12.92, ((_BYTES + 0.055) / 1.055) ** 2.4
 ).astype(np.float32)  # fmt: skip
 """Light of each value of an sRGB picture (IEC 61966-2-1)."""
+_DARKEST = float(_LINEAR[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +43,7 @@ class SkinPatch:
     facets : (G, 3) int32
         Into the S vertices.
     compared : (N,) int
-        Which of them are compared; those at the patch's edge only give others a normal.
+        Those of them that are compared; the patch's edge only gives others a normal.
     """
 
     mean: FloatArray
@@ -77,7 +78,7 @@ class SkinPatch:
 
     def placed(self, candidates: Candidates) -> tuple[FloatArray, FloatArray]:
         """Places, mm, and normals of the compared points (B, N, 3), camera frame."""
-        at, normals = shading_loops.placed(
+        at, normals = shading_loops.places_and_normals(
             self.mean, self.modes, self.facets, self.compared,
             candidates.weights, candidates.rotations, candidates.translations,
         )  # fmt: skip
@@ -96,7 +97,7 @@ class SkinShading:
     light : (9, 3) float64, linear
         Of each harmonic, camera frame, in each channel.
     noise : (3,) float64, linear
-        What is left of what the points show.
+        Deviation of what the points show from what is expected.
     """
 
     patch: SkinPatch
@@ -105,7 +106,7 @@ class SkinShading:
     noise: FloatArray
 
     def shaded(self, normals: FloatArray, seen: BoolArray) -> FloatArray:
-        """What the M points `seen` (N,) show, (B, M, 3) linear, with normals (B, M, 3)."""
+        """Expected light of the M points `seen` (N,), (B, M, 3) linear, by normals (B, M, 3)."""
         return np.asarray(shading_loops.lit(normals, self.light) * self.colour[seen])
 
 
@@ -129,6 +130,8 @@ class LinearPicture:
         """The part of a frame about some pixels (N, 2), its noise smoothed."""
         height, width = image.shape[:2]
         margin = SHADING.margin
+        if not len(pixels):  # then nothing is compared
+            pixels = np.zeros((1, 2))
         low = np.floor(pixels.min(axis=0)).astype(int) - margin
         high = np.ceil(pixels.max(axis=0)).astype(int) + margin + 1
         left, top = np.clip(low, 0, [width - 2, height - 2])
@@ -138,7 +141,7 @@ class LinearPicture:
         return cls(np.asarray(smooth, np.float32), int(left), int(top))
 
     def at(self, pixels: FloatArray) -> FloatArray:
-        """What is seen at pixels (B, N, 2) of the frame, (B, N, 3)."""
+        """Light at pixels (B, N, 2) of the frame, (B, N, 3)."""
         return np.asarray(shading_loops.sampled(self.values, pixels - [self.left, self.top]))
 
 
@@ -150,7 +153,10 @@ def harmonics(normals: FloatArray) -> FloatArray:
 
 
 def seen(camera: Camera, image: Image, at: FloatArray, normals: FloatArray) -> BoolArray:
-    """Which points (N, 3), camera frame, turn to the camera with their normals, and are shown."""
+    """Mask of the points (N, 3), camera frame, that turn to the camera and lie in the picture.
+
+    Whatever is in front of them.
+    """
     away = -(at * normals).sum(axis=-1) / np.linalg.norm(at, axis=-1)
     pixels, size = camera.project(at), np.array(image.shape[1::-1])
     within = ((pixels > -0.5) & (pixels < size - 0.5)).all(axis=-1)
@@ -186,29 +192,30 @@ def learn_shading(
             light[:, k] = _light(turned[there], one[there], colour[:, k], there, light[:, k])
             colour[:, k] = _colour(turned @ light[:, k], one, there, colour[:, k])
     left = np.abs(shown - (turned @ light) * colour)[there]
-    least = SHADING.least_noise * np.median(shown[there], axis=0)
+    least = np.maximum(SHADING.least_noise * np.median(shown[there], axis=0), _DARKEST)
     return SkinShading(patch, colour, light, np.hypot(1.4826 * np.median(left, axis=0), least))
 
 
 def _views(
     patch: SkinPatch, camera: Camera, frames: Sequence[tuple[Image, Candidates]]
 ) -> Iterator[tuple[BoolArray, FloatArray, FloatArray]]:
-    """Of each frame, which points are seen, (N,), what they show, (N, 3), and their harmonics."""
+    """Of each frame, a mask of the points seen (N,), their light (N, 3), and their harmonics."""
     for image, candidate in frames:
         at, normals = patch.placed(candidate)
         pixels = camera.project(at)
-        shown = LinearPicture.about(image, pixels[0]).at(pixels)
-        yield seen(camera, image, at[0], normals[0]), shown[0], harmonics(normals[0])
+        there = seen(camera, image, at[0], normals[0])
+        shown = LinearPicture.about(image, pixels[0, there]).at(pixels)
+        yield there, shown[0], harmonics(normals[0])
 
 
 def _light(
-    turned: FloatArray, shown: FloatArray, colour: FloatArray, seen: BoolArray, last: FloatArray
+    turned: FloatArray, shown: FloatArray, colour: FloatArray, there: BoolArray, last: FloatArray
 ) -> FloatArray:
     """The light (9,) in one channel by what is seen (M,), its harmonics (M, 9), and the colours.
 
     What lies far from the light found `last` counts less.
     """
-    rows = turned * np.broadcast_to(colour, seen.shape)[seen][:, None]
+    rows = turned * np.broadcast_to(colour, there.shape)[there][:, None]
     weight = np.ones(len(rows))
     if last.any():
         off = np.abs(rows @ last - shown)
@@ -218,11 +225,11 @@ def _light(
     return np.asarray(np.linalg.solve(heavy.T @ rows + held, heavy.T @ shown))
 
 
-def _colour(lit: FloatArray, shown: FloatArray, seen: BoolArray, before: FloatArray) -> FloatArray:
+def _colour(lit: FloatArray, shown: FloatArray, there: BoolArray, before: FloatArray) -> FloatArray:
     """The points' colours (N,) in one channel, by what was seen in T frames (T, N).
 
     A point has, as of `SHADING.alike` frames, the colour of most.
     """
-    held = SHADING.alike * float(np.median(lit[seen] ** 2))
-    own, sure = (lit * shown * seen).sum(axis=0), (lit**2 * seen).sum(axis=0)
-    return np.asarray((own + held * np.median(before)) / (sure + held))
+    held = SHADING.alike * float(np.median(lit[there] ** 2))
+    own, sure = (lit * shown * there).sum(axis=0), (lit**2 * there).sum(axis=0)
+    return np.asarray((own + held * np.median(before)) / np.maximum(sure + held, 1e-12))

@@ -10,7 +10,7 @@ from abs_engine.core.facet_loops import unit_normals
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def placed(mean, modes, facets, points, weights, turns, shifts):
+def places_and_normals(mean, modes, facets, points, weights, turns, shifts):
     """Places and normals (B, N, 3), camera frame, of points (N,) of a mesh that moves.
 
     The mesh has vertices `mean` (S, 3) and `modes` (P, S, 3), and is moved by `weights` (B, P),
@@ -47,6 +47,9 @@ def sampled(picture, pixels):
     out = np.empty((*pixels.shape[:2], 3))
     for b in range(pixels.shape[0]):
         for n in range(pixels.shape[1]):
+            if not np.isfinite(pixels[b, n].sum()):
+                out[b, n] = np.nan
+                continue
             x = min(max(pixels[b, n, 0], 0.0), width - 1.001)
             y = min(max(pixels[b, n, 1], 0.0), height - 1.001)
             i, j = int(x), int(y)
