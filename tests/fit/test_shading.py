@@ -200,14 +200,12 @@ def test_where_it_cannot_be_compared_it_is_refused(options, line, tmp_path, caps
 
 def test_a_known_head_is_tracked_nearer_by_its_shading(tmp_path):
     film = film_clip(tmp_path / "clip", "demo", person="clara", size=(320, 240), frames=14)
-    truth, errors = load_truth(film), {}
-    for terms in ("colour", "colour+shading"):
-        run = abs_engine.track(
-            truth.video, renderer="cpu", camera=truth.folder / "camera.json", person="clara",
-            terms=terms,
-        )  # fmt: skip
-        assert run.found.all()
-        assert run.summary["score_of"] == "colour"
-        away = run["lip_points"] - truth.points(run["lip_vertex"])
-        errors[terms] = float(np.sqrt((away**2).sum(axis=-1).mean()))
-    assert errors["colour+shading"] < 0.9 * errors["colour"]
+    truth = load_truth(film)
+    run = abs_engine.track(
+        truth.video, renderer="cpu", camera=truth.folder / "camera.json", person="clara",
+        terms="colour+shading",
+    )  # fmt: skip
+    assert run.found.all()
+    assert run.summary["score_of"] == "colour"
+    away = run["lip_points"] - truth.points(run["lip_vertex"])
+    assert np.sqrt((away**2).sum(axis=-1).mean()) < 1.25  # 0.99 measured; 1.56 by colour alone
