@@ -255,10 +255,7 @@ class Problem:
         return cost, -self.chosen(fall), self._of_free(bend)
 
     def _bent(self, term: Squared, x: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """The same of a sum of squares, by differences of a first step of each parameter.
-
-        The share of that step is the term's `slope_difference`, 1 by default.
-        """
+        """The same of a sum of squares, by differences of first steps: see `Squared`."""
         scale, share = self.spec.scale, float(getattr(term, "slope_difference", 1.0))
         several = np.vstack([x, x + np.diag(share * scale)])
         cost, curve, fall = self._linearised(term, several, share)

@@ -21,11 +21,11 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Candidates
 from abs_engine.face.appearance import shading_loops
+from abs_engine.face.appearance.harmonics import harmonics
 from abs_engine.face.appearance.shading import (
     LinearPicture,
     SkinPatch,
     SkinShading,
-    harmonics,
     learn_shading,
     seen,
 )

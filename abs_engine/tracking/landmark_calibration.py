@@ -69,16 +69,7 @@ class PlacedHead:
         self, shape: LandmarkShape, seen: Sequence[tuple[Image, Landmarks]]
     ) -> list[PlacedFrame]:
         """The frames with the head placed by a person's landmarks as they are known so far."""
-
-        def placed(one: tuple[Image, Landmarks]) -> FrameLandmarks | None:
-            return placed_fit(self.textured, shape, *one)
-
-        fits = in_threads(placed, seen, workers(self.textured.renderer))
-        return [
-            PlacedFrame(i if self.light is None else self.light.balanced(i, m), SeenFace(m, fit))
-            for (i, m), fit in zip(seen, fits, strict=True)
-            if fit is not None
-        ]
+        return placed_frames(self.textured, shape, seen, self.light)
 
     @cached_property
     def lips(self) -> LipLandmarks:
@@ -98,6 +89,28 @@ class PlacedHead:
             posture = np.r_[parted(vector)[1], frame.face.fit.posture[p:]]
             off.append(own.off(frame.face.landmarks, self.camera, base.pose(vector), posture))
         return self.shape.known(moved, off)
+
+
+def placed_frames(
+    textured: TexturedHead,
+    shape: LandmarkShape,
+    seen: Sequence[tuple[Image, Landmarks]],
+    light: SkinLight | None = None,
+) -> list[PlacedFrame]:
+    """The frames with the head where a person's landmarks and its texture place it.
+
+    Without those whose landmarks are no face's. By default each is taken in its own light.
+    """
+
+    def placed(one: tuple[Image, Landmarks]) -> FrameLandmarks | None:
+        return placed_fit(textured, shape, *one)
+
+    fits = in_threads(placed, seen, workers(textured.renderer))
+    return [
+        PlacedFrame(i if light is None else light.balanced(i, m), SeenFace(m, fit))
+        for (i, m), fit in zip(seen, fits, strict=True)
+        if fit is not None
+    ]
 
 
 def calibrate_placed(

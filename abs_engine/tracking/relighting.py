@@ -1,9 +1,9 @@
 """A drawing put into the light of a picture: what a texture lacks is a function of the normal.
 
-Under distant lamps, what a matt surface throws back varies smoothly with its normal, and nine
-spherical harmonics hold nearly all of it (Ramamoorthi and Hanrahan 2001). It multiplies the
-texture. The gloss of skin is added to it, bright on dark skin, too; seen from one side it is a
-function of the normal as well, though a steeper one: a sum of lobes.
+Under distant lamps, what a matt surface throws back varies smoothly with its normal (see
+`face.appearance.harmonics`). It multiplies the texture. The gloss of skin is added to it, bright on
+dark skin, too; seen from one side it is a function of the normal as well, though a steeper one: a
+sum of lobes.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray
+from abs_engine.face.appearance.harmonics import harmonics
 from abs_engine.tracking.settings.registration import REGISTRATION
 
 Gray = NDArray[np.float32]
@@ -56,7 +57,7 @@ def relit(
     """
     chosen = np.flatnonzero(compared)
     chosen = chosen[:: 1 + len(chosen) // REGISTRATION.light_pixels]
-    matt = np.asarray(drawn, np.float64)[:, None] / 255 * _harmonics(normals)
+    matt = np.asarray(drawn, np.float64)[:, None] / 255 * harmonics(normals)
     gloss = _lobes(normals)
     terms = np.hstack([matt, np.ones((len(matt), 1)), gloss])
     if len(chosen) < terms.shape[1]:
@@ -67,13 +68,6 @@ def relit(
     ]
     light = _robust(terms[chosen], np.asarray(seen, np.float64)[chosen], weak)
     return np.clip(terms @ light, 0, 255)
-
-
-def _harmonics(normals: FloatArray) -> FloatArray:
-    """Real spherical harmonics up to the second order, without their factors, (N, 9)."""
-    x, y, z = normals.T
-    terms = [np.ones_like(x), x, y, z, x * y, x * z, y * z, x * x - y * y, 3 * z * z - 1]
-    return np.stack(terms, axis=1)
 
 
 def _lobes(normals: FloatArray) -> FloatArray:

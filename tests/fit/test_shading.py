@@ -16,8 +16,8 @@ from abs_engine.core.geometry import FACING, Pose, rotations
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, pose_and
 from abs_engine.dataset import load_truth
-from abs_engine.face.appearance import shading_loops
-from abs_engine.face.appearance.shading import SkinPatch, harmonics, learn_shading
+from abs_engine.face.appearance.harmonics import harmonics
+from abs_engine.face.appearance.shading import SkinPatch, learn_shading
 from abs_engine.face.base import Body
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.shading import NAME, shading_term, with_shading
@@ -158,13 +158,6 @@ def test_points_that_are_not_seen_are_not_compared(pose):
     )  # fmt: skip
     face = face_of(BODY).looking(**{NAME: term.looks})
     assert 0 < shading_term(face, view).seen.sum() < term.seen.sum()
-
-
-def test_light_is_that_of_the_harmonics():
-    normals = np.random.default_rng(0).normal(size=(2, 7, 3))
-    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
-    light = np.random.default_rng(1).normal(size=(9, 3))
-    np.testing.assert_allclose(shading_loops.lit(normals, light), harmonics(normals) @ light)
 
 
 def test_a_channel_that_is_black_says_nothing():

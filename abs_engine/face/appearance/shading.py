@@ -1,9 +1,8 @@
 """Shaded skin: a clip's own colour of each point of the face, and the light that falls on it.
 
 Skin is taken for matt: what a pixel shows is the colour of a point times the light that its normal
-receives, which has nine numbers for each channel wherever the lamps are (Ramamoorthi and Hanrahan,
-"An efficient representation for irradiance environment maps", 2001). A point that slides is seen by
-its colour, one that turns by its shade.
+receives, which has nine numbers for each channel wherever the lamps are (see `harmonics`). A point
+that slides is seen by its colour, one that turns by its shade.
 """
 
 from __future__ import annotations
@@ -19,10 +18,10 @@ from abs_engine.core.arrays import BoolArray, FloatArray, Image, IntArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.scene import Candidates
 from abs_engine.face.appearance import shading_loops
+from abs_engine.face.appearance.harmonics import HARMONICS, harmonics
 from abs_engine.face.base import Body
 from abs_engine.face.settings.appearance import SHADING
 
-HARMONICS = 9
 _BYTES = np.arange(256) / 255.0
 _LINEAR = np.where(
     _BYTES <= 0.04045, _BYTES / 12.92, ((_BYTES + 0.055) / 1.055) ** 2.4
@@ -107,7 +106,7 @@ class SkinShading:
 
     def shaded(self, normals: FloatArray, seen: BoolArray) -> FloatArray:
         """Expected light of the M points `seen` (N,), (B, M, 3) linear, by normals (B, M, 3)."""
-        return np.asarray(shading_loops.lit(normals, self.light) * self.colour[seen])
+        return np.asarray((harmonics(normals) @ self.light) * self.colour[seen])
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,13 +142,6 @@ class LinearPicture:
     def at(self, pixels: FloatArray) -> FloatArray:
         """Light at pixels (B, N, 2) of the frame, (B, N, 3)."""
         return np.asarray(shading_loops.sampled(self.values, pixels - [self.left, self.top]))
-
-
-def harmonics(normals: FloatArray) -> FloatArray:
-    """The first nine spherical harmonics (..., 9) of unit vectors (..., 3), up to factors."""
-    x, y, z = normals[..., 0], normals[..., 1], normals[..., 2]
-    parts = (np.ones_like(x), x, y, z, x * y, y * z, x * z, x * x - y * y, 3 * z * z - 1)
-    return np.stack(parts, axis=-1)
 
 
 def seen(camera: Camera, image: Image, at: FloatArray, normals: FloatArray) -> BoolArray:

@@ -62,28 +62,6 @@ def sampled(picture, pixels):
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def lit(normals, light):
-    """The light (B, N, 3) that normals (B, N, 3) receive of `light` (9, 3): see `harmonics`."""
-    out = np.empty(normals.shape)
-    for b in range(normals.shape[0]):
-        for n in range(normals.shape[1]):
-            x, y, z = normals[b, n]
-            for c in range(3):
-                out[b, n, c] = (
-                    light[0, c]
-                    + light[1, c] * x
-                    + light[2, c] * y
-                    + light[3, c] * z
-                    + light[4, c] * x * y
-                    + light[5, c] * y * z
-                    + light[6, c] * x * z
-                    + light[7, c] * (x * x - y * y)
-                    + light[8, c] * (3 * z * z - 1)
-                )
-    return out
-
-
-@numba.njit(cache=True, nogil=True, error_model="numpy")
 def cauchy_roots(off, tail, nats):
     """Signed roots of half of Cauchy's -log of deviations, `nats` each; of (B, K)."""
     out = np.empty(off.shape)
