@@ -157,6 +157,11 @@ class _System:
         first = k + q + frame * (6 + m)
         return slice(first, first + 6), slice(first + 6, first + 6 + m)
 
+    def _above(self, frame: int) -> tuple[slice, slice]:
+        """Slices of a frame's pose and of its upper face's posture."""
+        pose, posture = self._at(frame)
+        return pose, slice(posture.stop - self.problem.body.upper, posture.stop)
+
     def _add(self, equations: Equations, *where: slice) -> None:
         """Add equations whose parameters, block after block, have these slices."""
         ends = np.cumsum([0, *(s.stop - s.start for s in where)])
@@ -202,7 +207,7 @@ class _System:
 
     def add_matches(self, first: int, second: int, by_texture: Equations) -> None:
         """Add the equations of two frames' matches, see `compared`."""
-        self._add(by_texture, self._at(first)[0], self._at(second)[0], self._identity)
+        self._add(by_texture, *self._above(first), *self._above(second), self._identity)
 
     def add_outline(self, frame: int, by_outline: Equations) -> None:
         """Add the equations of a frame's outline."""

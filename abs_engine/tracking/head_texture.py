@@ -42,7 +42,10 @@ class HeadBody:
     posture : (M, V, 3) float64, mm per standard deviation
     pivot : (3,) float64, mm
     skull : (F,) bool
-        Facets of skin that moves with the skull, whose texture is compared.
+        Facets of skin that moves with the skull, or with the upper face alone, whose texture is
+        compared.
+    upper : int
+        How many of `posture`, the last ones, move the upper face.
     """
 
     speaker: Speaker
@@ -51,6 +54,7 @@ class HeadBody:
     posture: FloatArray
     pivot: FloatArray
     skull: BoolArray
+    upper: int
 
     @classmethod
     def of(
@@ -71,7 +75,8 @@ class HeadBody:
         skull = skin & (moved < HEAD_POSE.still) & above & (middle[:, 2] > HEAD_POSE.front)
         posture = np.concatenate([mouth, upper]).astype(np.float64)
         pivot = lips.astype(np.float64).mean(axis=0)
-        return cls(speaker, whole, identity.astype(np.float64), posture, pivot, skull)
+        who = identity.astype(np.float64)
+        return cls(speaker, whole, who, posture, pivot, skull, len(upper))
 
     @cached_property
     def scene(self) -> Scene:

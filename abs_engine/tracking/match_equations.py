@@ -23,11 +23,12 @@ class MatchEquations:
     ----------
     residual : (N, 2) float64, px
         Where the second frame shows the points, less where the head puts them.
-    first : (6, N, 2) float64
-        By how much the head puts them elsewhere for a step of the first frame's pose; empty where
-        the identity is not asked for.
-    second : (6, N, 2) or (6 + M, N, 2) float64
-        The same for the second frame's pose, and for its posture unless the identity is asked for.
+    first : (6 + U, N, 2) float64
+        By how much the head puts them elsewhere for a step of the first frame's pose, and for a
+        unit of its upper face's modes; empty where the identity is not asked for.
+    second : (6 + U, N, 2) or (6 + M, N, 2) float64
+        The same for the second frame's pose and upper face; with its whole posture unless the
+        identity is asked for.
     identity : (K, N, 2) float64
     weight : (N,) float64
         Inverse variances, robust.
@@ -58,7 +59,8 @@ def linearised_at(
 ) -> MatchEquations:  # fmt: skip
     """The same with the matches at points (N, 3) of the head, mm, and its pose in the second frame.
 
-    If `who`, also for the first frame's pose and the identity; otherwise also for the posture.
+    If `who`, also for the first frame, the identity and both upper faces; otherwise also for the
+    posture.
     """
     here, normal = found.of(first.vertices), found.of(first.normals)
     eye = -first.pose.rotation.T @ first.pose.translation
@@ -78,7 +80,10 @@ def linearised_at(
         # Where the surface sinks, its points go along their rays of the first frame
         sunk = np.einsum("nij,nj->ni", own, ray / steep)[..., None] * normal[:, None]
         back = _moves(first.pose, here + slide, body.pivot) @ first.pose.rotation
-        before, identity = _seen(sunk - own, back), _seen(sunk, found.identity)
+        upper = found.posture[len(found.posture) - body.upper :]
+        before = _seen(sunk - own, np.concatenate([back, upper]))
+        moves = np.concatenate([moves, _seen(own, upper)])
+        identity = _seen(sunk, found.identity)
     else:
         moves = np.concatenate([moves, _seen(own, found.posture)])
     residual = found.second - camera.project(there)

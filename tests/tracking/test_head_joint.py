@@ -136,6 +136,27 @@ def test_slopes_of_matches_are_those_of_a_step_of_either_pose(which, axis):
     np.testing.assert_allclose(slope, wanted, atol=0.02 * np.abs(wanted).max())
 
 
+@pytest.mark.parametrize("which", ["first", "second"])
+@pytest.mark.parametrize("unit", [0, 2, 11])
+def test_slopes_of_matches_are_those_of_either_upper_face(which, unit):
+    one, k = true_body(), ["first", "second"].index(which)
+    assert one.upper == len(upper_face_modes(speaker()))
+    step = np.zeros(len(one.posture))
+    step[len(step) - one.upper + unit] = 1e-3
+
+    def residual(sign):
+        moved = one.vertices(np.zeros(0), sign * step)
+        # the surface's own turn is of second order where a point is on its ray already
+        views = [replace(view(n, one), vertices=moved if n == k else one.mean) for n in (0, 1)]
+        return linearised(one, matches(), *views, CAMERA).residual
+
+    told = linearised(one, matches(), view(0, one), view(1, one), CAMERA)
+    slope, wanted = -(residual(1.0) - residual(-1.0)) / 2e-3, getattr(told, which)[6 + unit]
+    assert np.abs(wanted).max() > 0.05
+    # in the first frame a point also slides on the skin, which is not flat
+    np.testing.assert_allclose(slope, wanted, atol=0.05 * np.abs(wanted).max())
+
+
 @cache
 def landmarks_of_body():
     """The landmarks' shape, for its pivot."""
@@ -298,6 +319,27 @@ def test_a_known_head_lies_where_its_texture_says():
     found = own().fitted(seen, CAMERA, CpuRenderer())
     off = [turned_by(v.pose, p) for v, p in zip(found.textured.views, POSES, strict=True)]
     assert np.median(off) < 1.3  # 1.6 with the scalp, where landmarks count in full
+
+
+def test_raised_brows_hardly_turn_a_head():
+    """They go up in two of five frames, and their skin with them."""
+    up = dict.fromkeys(("browInnerUp", "browOuterUpLeft", "browOuterUpRight"), 1.0)
+
+    def seen(raised):
+        for k, pose in enumerate(POSES):
+            units = up if raised and k in (1, 3) else {}
+            points = correspondence().of(vertices_of(PERSON, **units))
+            marks = projected(points, pose, CAMERA, 0.5, k)
+            yield seen_in(lit(PERSON, pose, CAMERA, **units), marks)
+
+    turns = []
+    for head in (own(), replace(own(), body=replace(own().body, upper=0))):
+        still, moved = (
+            head.fitted(list(seen(raised)), CAMERA, CpuRenderer()).textured.views
+            for raised in (False, True)
+        )
+        turns.append(sum(turned_by(a.pose, b.pose) for a, b in zip(still, moved, strict=True)))
+    assert turns[0] < 0.5 * turns[1]  # 0.5 and 1.5 degrees
 
 
 def test_a_known_head_is_placed_in_a_frame_that_it_was_not_fitted_on():
