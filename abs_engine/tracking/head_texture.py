@@ -1,8 +1,9 @@
 """The head's own texture: what one frame shows of it must lie where other frames show it.
 
 Points of the skin are carried from one frame to another by the fitted head, and what is left
-between there and where optical flow finds them says how poses and shape must change. No light is
-modelled: what changes slowly over the skin is subtracted, and corners of the texture are compared.
+between there and where optical flow finds them says how poses, upper face and shape must change.
+No light is modelled: what changes slowly over the skin is subtracted, and corners of the texture
+are compared.
 """
 
 from __future__ import annotations
@@ -42,10 +43,9 @@ class HeadBody:
     posture : (M, V, 3) float64, mm per standard deviation
     pivot : (3,) float64, mm
     skull : (F,) bool
-        Facets of skin that moves with the skull, or with the upper face alone, whose texture is
-        compared.
+        Facets of skin that the mouth hardly moves, whose texture is compared.
     upper : int
-        How many of `posture`, the last ones, move the upper face.
+        How many of the modes of `posture`, the last ones, move the upper face.
     """
 
     speaker: Speaker
@@ -87,7 +87,7 @@ class HeadBody:
 
     @cached_property
     def skin(self) -> NDArray[np.integer]:
-        """Vertices of the skin that moves with the skull."""
+        """Vertices of the skin whose texture is compared, see `skull`."""
         return np.unique(self.speaker.faces[self.skull])
 
     def without_scalp(self) -> HeadBody:

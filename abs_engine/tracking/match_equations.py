@@ -1,4 +1,4 @@
-"""The equations of matches between two frames: what poses and shape make of their places."""
+"""The equations of matches between two frames: how poses, postures and shape move their places."""
 
 from __future__ import annotations
 
@@ -25,10 +25,11 @@ class MatchEquations:
         Where the second frame shows the points, less where the head puts them.
     first : (6 + U, N, 2) float64
         By how much the head puts them elsewhere for a step of the first frame's pose, and for a
-        unit of its upper face's modes; empty where the identity is not asked for.
+        standard deviation of each mode of its upper face, see `HeadBody.upper`; empty where the
+        identity is not asked for.
     second : (6 + U, N, 2) or (6 + M, N, 2) float64
-        The same for the second frame's pose and upper face; with its whole posture unless the
-        identity is asked for.
+        The same for the second frame. Where the identity is not asked for, all modes of the posture
+        take the place of the upper face's.
     identity : (K, N, 2) float64
     weight : (N,) float64
         Inverse variances, robust.
@@ -46,8 +47,8 @@ def linearised(
 ) -> MatchEquations:
     """The matches' equations.
 
-    A point stays on its ray in the first frame: where shape or pose change, it slides along the
-    surface.
+    A point stays on its ray in the first frame: where shape, pose or posture change, it slides
+    along the surface.
     """
     points = found.of(second.vertices)
     return linearised_at(body, found, first, second.pose, points, camera)
@@ -59,8 +60,8 @@ def linearised_at(
 ) -> MatchEquations:  # fmt: skip
     """The same with the matches at points (N, 3) of the head, mm, and its pose in the second frame.
 
-    If `who`, also for the first frame, the identity and both upper faces; otherwise also for the
-    posture.
+    If `who`, for the poses and upper faces of both frames and for the identity; otherwise for the
+    pose and the whole posture of the second frame alone.
     """
     here, normal = found.of(first.vertices), found.of(first.normals)
     eye = -first.pose.rotation.T @ first.pose.translation

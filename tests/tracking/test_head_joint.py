@@ -339,7 +339,7 @@ def test_raised_brows_hardly_turn_a_head():
             for raised in (False, True)
         )
         turns.append(sum(turned_by(a.pose, b.pose) for a, b in zip(still, moved, strict=True)))
-    assert turns[0] < 0.5 * turns[1]  # 0.5 and 1.5 degrees
+    assert turns[0] < 0.5 * turns[1]  # 0.5 and 1.5 degrees in all
 
 
 def test_a_known_head_is_placed_in_a_frame_that_it_was_not_fitted_on():

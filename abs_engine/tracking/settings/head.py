@@ -79,10 +79,10 @@ class HeadSettings:
     flow_reach : float, drawn pixels
         That flow leads at most. Not measured.
     still : float, mm
-        By which expressions move skin at most that counts as the skull's. Chosen of 1, 1.2, 1.5 and
-        2 with the postures that `scanned_units` changed, which move more skin, on the films and by
-        the measures of `joint_alike`: 1.44, 1.40, 1.38 and 1.40 degrees, within chance. The demo's
-        known head is off by 1.28 mm instead of 1.26.
+        By which the mouth's modes move skin at most whose texture is compared. Chosen of 1, 1.2,
+        1.5 and 2 with the postures that `scanned_units` changed, which move more skin, on the films
+        and by the measures of `joint_alike`: 1.44, 1.40, 1.38 and 1.40 degrees, within chance. The
+        demo's known head is off by 1.28 mm instead of 1.26.
     above : float, mm
         Above the lips that such skin lies at least. Not measured.
     scalp : float, mm
