@@ -199,11 +199,7 @@ class _System:
         """Equations of matches of the same skin in two frames."""
         (first, second), matches = pair
         p = self.problem
-        e = linearised(p.body, matches, views[first], views[second], p.camera)
-        slope = np.concatenate([e.first, e.second, e.identity])
-        flat = slope.reshape(len(slope), -1)
-        weighed = flat * np.repeat(e.weight, 2)
-        return Equations(weighed @ flat.T, -(weighed @ e.residual.ravel()))
+        return linearised(p.body, matches, views[first], views[second], p.camera).normal
 
     def add_matches(self, first: int, second: int, by_texture: Equations) -> None:
         """Add the equations of two frames' matches, see `compared`."""

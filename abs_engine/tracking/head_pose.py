@@ -98,10 +98,8 @@ class TexturedHead:
         self, matches: Matches, nearest: HeadView, pose: Pose, points: FloatArray
     ) -> Equations:
         """The same by the texture, at points (N, 3) of the head."""
-        e = linearised_at(self.body, matches, nearest, pose, points, self.camera, who=False)
-        flat = e.second.reshape(len(e.second), -1)
-        weighed = flat * np.repeat(e.weight, 2)
-        return Equations(weighed @ flat.T, -(weighed @ e.residual.ravel()))
+        told = linearised_at(self.body, matches, nearest, pose, points, self.camera, who=False)
+        return told.normal
 
 
 def placed_fit(

@@ -75,8 +75,8 @@ class HeadBody:
         skull = skin & (moved < HEAD_POSE.still) & above & (middle[:, 2] > HEAD_POSE.front)
         posture = np.concatenate([mouth, upper]).astype(np.float64)
         pivot = lips.astype(np.float64).mean(axis=0)
-        who = identity.astype(np.float64)
-        return cls(speaker, whole, who, posture, pivot, skull, len(upper))
+        people = identity.astype(np.float64)
+        return cls(speaker, whole, people, posture, pivot, skull, len(upper))
 
     @cached_property
     def scene(self) -> Scene:

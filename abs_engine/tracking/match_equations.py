@@ -11,6 +11,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import pose_moves
+from abs_engine.tracking.head_equations import Equations
 from abs_engine.tracking.head_texture import HeadBody, HeadView, Matches, picture_motion
 from abs_engine.tracking.settings.head import HEAD_POSE
 
@@ -40,6 +41,14 @@ class MatchEquations:
     second: FloatArray
     identity: FloatArray
     weight: FloatArray
+
+    @property
+    def normal(self) -> Equations:
+        """Normal equations of the first frame, the second and the identity, in this order."""
+        slope = np.concatenate([self.first, self.second, self.identity])
+        flat = slope.reshape(len(slope), -1)
+        weighed = flat * np.repeat(self.weight, 2)
+        return Equations(weighed @ flat.T, -(weighed @ self.residual.ravel()))
 
 
 def linearised(
