@@ -18,7 +18,8 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import POSE_NAMES, PoseFrame, joined, pose_and
 from abs_engine.core.scene import ClassMaps, Renderer, Scene
 from abs_engine.face.appearance.chroma import sampled
-from abs_engine.face.appearance.colour import CLASSES, ColourClasses
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour_features import CLASSES
 from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.contact import Rings, lip_gaps, lip_heights, pinching
 from abs_engine.face.head import MouthModel
@@ -89,10 +90,9 @@ def class_maps(
         Where in the window the mouth is known to be.
     """
     patch = sampled(window, frame)
-    probable = classes.probabilities(
-        patch, HEAD_FIT.smoothing * HEAD_FIT.drawn_mouth, place
-    ) * zone(window)
-    return ClassMaps(plane_maps(probable, classes.teeth_in_shade(patch), colour_of, window))
+    seen = classes.compared(patch)
+    probable = seen.probabilities(HEAD_FIT.smoothing * HEAD_FIT.drawn_mouth, place) * zone(window)
+    return ClassMaps(plane_maps(probable, seen.teeth_in_shade(), colour_of, window))
 
 
 def plane_maps(

@@ -19,7 +19,8 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import POSE_NAMES, PoseFrame, free_blocks, joined, mode_block, pose_and
 from abs_engine.core.scene import ClassMaps, Renderer, Scene
 from abs_engine.face.appearance.chroma import sampled
-from abs_engine.face.appearance.colour import CLASSES, ColourClasses
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour_features import CLASSES
 from abs_engine.face.appearance.hamming import hamming
 from abs_engine.face.shape.lip_model import COLOUR_OF, LipModel
 from abs_engine.face.shape.lip_shell import COLUMNS

@@ -106,9 +106,9 @@ def colour_term(face: Face, view: View) -> Term:
     term = likelihood_of(*drawn, window, maps, classes.weight, seam_of(face.regions))
 
     def pull() -> Pull:
-        patch = sampled(window, view.image)
-        wide = classes.probabilities(patch, HEAD_FIT.pull * HEAD_FIT.drawn_mouth, view.place)
-        shade = classes.teeth_in_shade(patch)
+        seen = classes.compared(sampled(window, view.image))
+        wide = seen.probabilities(HEAD_FIT.pull * HEAD_FIT.drawn_mouth, view.place)
+        shade = seen.teeth_in_shade()
         return Pull.within(plane_maps(wide, shade, face.regions, window), zone(window))
 
     return replace(term, pull=pull)

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.face.appearance.chroma import matched
-from abs_engine.face.appearance.colour import CLASSES, ColourClasses
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour_features import CLASSES
 from abs_engine.face.appearance.mixture import Mixture
 from abs_engine.tracking.settings.blobs import BLOB_START
 

@@ -13,7 +13,8 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.chroma import sampled
-from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour_features import CLASSES, features
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import mouth_window
 from abs_engine.fit.settings import HEAD_FIT

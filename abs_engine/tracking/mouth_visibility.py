@@ -17,7 +17,8 @@ import numpy as np
 from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.camera import Window
 from abs_engine.face.appearance.chroma import sampled
-from abs_engine.face.appearance.colour import CLASSES, ColourClasses
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour_features import CLASSES
 from abs_engine.tracking.landmarks import OUTER_RING, Landmarks
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 

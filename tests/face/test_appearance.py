@@ -12,7 +12,8 @@ from abs_engine.core.errors import (
     ModelFormatError,
     TooFewPixelsError,
 )
-from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour_features import CLASSES, features
 from abs_engine.face.appearance.colour_learning import PLACES, learn_classes, typical_classes
 from abs_engine.face.appearance.hamming import hamming
 from abs_engine.face.appearance.labelled import train_classes

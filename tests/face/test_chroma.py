@@ -8,7 +8,7 @@ import pytest
 
 from abs_engine.core.camera import Window
 from abs_engine.face.appearance.chroma import matched, sampled
-from abs_engine.face.appearance.colour import features
+from abs_engine.face.appearance.colour_features import features
 from abs_engine.face.appearance.luminance import luminance
 
 LIPS, DARK = (160, 100, 96), (20, 13, 12)

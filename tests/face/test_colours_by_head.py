@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from abs_engine.core.errors import FaceNotFoundError
-from abs_engine.face.appearance import colour as colour_room
+from abs_engine.face.appearance import colour_maps
 from abs_engine.face.appearance.chroma import matched
-from abs_engine.face.appearance.colour import CLASSES, EACH_LIP, ColourClasses, features
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour_features import CLASSES, EACH_LIP, features
 from abs_engine.face.appearance.colours_by_head import PLACES, learn_placed
 from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.settings.colour import COLOURS
@@ -103,7 +104,7 @@ def shut_and_bared(shut):
 def test_teeth_in_light_differ_from_those_in_shade():
     reddish = [(tooth + lip) // 4 for tooth, lip in zip(TEETH, LIPS, strict=True)]  # lips' light
     row = np.array([[TEETH, reddish]])
-    lit, dim = red().teeth_in_shade(row)[0]
+    lit, dim = red().compared(row).teeth_in_shade()[0]
     assert lit < 0.1
     assert dim > 0.9
 
@@ -134,7 +135,7 @@ def test_gums_are_not_learned_for_the_lip_that_bares_them():
 
 
 def test_lips_that_differ_are_told_apart():
-    assert red().lips_apart
+    assert set(EACH_LIP) <= set(red().mixtures)
     assert set(red().separability) == set(EACH_LIP)
     assert min(red().separability.values()) > 0.9
     assert red().weight == 1.0
@@ -250,7 +251,7 @@ def test_classes_without_lips_of_their_own_still_load(tmp_path):
     whole = replace(red(), mixtures={c: red().mixtures[c] for c in CLASSES}, separability={})
     whole.save(tmp_path / "old.npz")
     again = ColourClasses.load(tmp_path / "old.npz")
-    assert not again.lips_apart
+    assert not set(EACH_LIP) & set(again.mixtures)
     assert again.separability == {}
     assert again.weight == 1.0
 
@@ -340,8 +341,8 @@ def teeth_begin(edge, mixing=2.0):
 def test_dark_lips_are_lips_beside_teeth_whose_chroma_they_take_on(monkeypatch):
     edges = range(24, 32)
     off = np.array([teeth_begin(edge) - edge for edge in edges])
-    none = replace(colour_room.COLOURS, beside_teeth_part=0.0)
-    monkeypatch.setattr(colour_room, "COLOURS", none)
+    none = replace(colour_maps.COLOURS, beside_teeth_part=0.0)
+    monkeypatch.setattr(colour_maps, "COLOURS", none)
     before = np.array([teeth_begin(edge) - edge for edge in edges])
     assert abs(off.mean()) < 0.5 * abs(before.mean())
 

@@ -13,7 +13,7 @@ from abs_engine.core.geometry import FACING, Pose
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, pose_and
 from abs_engine.core.scene import ClassMaps
-from abs_engine.face.appearance.colour import CLASSES
+from abs_engine.face.appearance.colour_features import CLASSES
 from abs_engine.face.appearance.hamming import hamming
 from abs_engine.face.contact import lip_gaps
 from abs_engine.face.held_head import held_head
@@ -290,13 +290,16 @@ def test_class_maps_follow_the_facet_classes():
     width, height = window.drawn
 
     class Even:
-        def probabilities(self, image, smoothing, _place):
+        def compared(self, image):
             assert image.shape == (height, width, 3)
+            return self
+
+        def probabilities(self, smoothing, _place):
             assert smoothing == pytest.approx(HEAD_FIT.smoothing * HEAD_FIT.drawn_mouth)
             return np.stack([np.full((height, width), p) for p in (0.2, 0.3, 0.1, 0.3)])
 
-        def teeth_in_shade(self, image):
-            return np.ones(image.shape[:2])
+        def teeth_in_shade(self):
+            return np.ones((height, width))
 
     maps = class_maps(
         Even(), MODEL.colour_classes, window, np.zeros((*CAMERA.size[::-1], 3), np.uint8)
@@ -365,13 +368,16 @@ def test_a_thin_dim_line_may_be_closed_lips_but_a_thick_one_or_lit_teeth_less_so
         def __init__(self, thick, name, shade):
             self.thick, self.plane, self.shade = thick, CLASSES.index(name), shade
 
-        def probabilities(self, _image, _smoothing, _place):
+        def compared(self, _image):
+            return self
+
+        def probabilities(self, _smoothing, _place):
             maps = np.zeros((4, height, width))
             maps[self.plane, middle - self.thick : middle + self.thick + 1] = 1.0
             return maps
 
-        def teeth_in_shade(self, image):
-            return np.full(image.shape[:2], self.shade)
+        def teeth_in_shade(self):
+            return np.full((height, width), self.shade)
 
     names = SPEAKER.class_names[1:]
     lip, inside = 1 + names.index("upper_lip"), 1 + names.index("inner_mouth")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from abs_engine.core.errors import TooFewPixelsError
-from abs_engine.face.appearance.colour import CLASSES
+from abs_engine.face.appearance.colour_features import CLASSES
 from abs_engine.io.assets import load_speaker
 from abs_engine.papers.basu1998 import real_clips
 from abs_engine.papers.basu1998.filmed import (

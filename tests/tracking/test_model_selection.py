@@ -11,7 +11,8 @@ from runs import toy_model, toy_setting
 from abs_engine.core.camera import Window
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.core.pose import PoseFrame
-from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour_features import CLASSES, features
 from abs_engine.face.appearance.mixture import Mixture
 from abs_engine.tracking.identity_fit import Calibration
 from abs_engine.tracking.model_selection import log_evidence

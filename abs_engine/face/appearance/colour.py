@@ -1,9 +1,4 @@
-"""Colour classes: skin, lips, and what shows between parted lips, as probability maps.
-
-Basu et al. (section 5.1) learn skin and lips in chromatic space (r, g). Lips that part are told
-by neither class: teeth and the dark of the mouth are classes of their own here, and need
-luminance; so all classes live in (r, g, y), y the logarithm of luminance relative to the skin.
-"""
+"""Colour classes of a clip: skin, lips, and what shows between parted lips."""
 
 from __future__ import annotations
 
@@ -18,18 +13,15 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ModelFormatError
-from abs_engine.face.appearance.colour_prior import beside_teeth, lit_share
+from abs_engine.face.appearance.colour_features import CLASSES, EACH_LIP
+from abs_engine.face.appearance.colour_maps import ComparedColours, Palette
 from abs_engine.face.appearance.exposure import Exposure
-from abs_engine.face.appearance.hamming import hamming
-from abs_engine.face.appearance.luminance import luminance
 from abs_engine.face.appearance.mixture import Mixture
 from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.settings.colour import COLOURS
 from abs_engine.io.arrays import Layout, real, truth
 from abs_engine.io.npz import read_npz
 
-CLASSES = ("skin", "lips", "teeth", "dark")
-EACH_LIP = ("upper_lip", "lower_lip")
 FORMAT, VERSION = "abs_engine.colours", 2  # 1: not learned from `chroma.matched` pixels
 _PARTS: Layout = {
     "weights": real("K", low=0.0),
@@ -50,27 +42,6 @@ LAYOUT: Layout = {
     },
 }  # fmt: skip
 """Their arrays in a file."""
-
-
-def features(image: NDArray[np.generic], reference: float) -> FloatArray:
-    """Colour features of an image.
-
-    Parameters
-    ----------
-    image : (..., 3), RGB 0 to 255
-    reference : float
-        Luminance of the skin, 0 to 255.
-
-    Returns
-    -------
-    (..., 3) float64
-        r, g (chromaticity; (R + 1) / (R + G + B + 3), which is 1/3 at black) and a third of the
-        natural logarithm of relative luminance, so that the three have like spreads.
-    """
-    rgb = np.asarray(image, np.float64)
-    total = rgb.sum(axis=-1) + 3
-    relative = np.log((luminance(rgb) + 2) / (reference + 2)) / 3
-    return np.stack([(rgb[..., 0] + 1) / total, (rgb[..., 1] + 1) / total, relative], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,11 +78,6 @@ class ColourClasses:
     agreement: float = 1.0
     chromatic: bool = True
     exposure: Exposure = field(default_factory=Exposure)
-
-    @property
-    def lips_apart(self) -> bool:
-        """Whether each lip has colours of its own."""
-        return all(name in self.mixtures for name in EACH_LIP)
 
     @property
     def poor(self) -> bool:
@@ -161,66 +127,15 @@ class ColourClasses:
             P(class | colour), in the order of `CLASSES`; colours that are far from every class
             belong to none.
         """
-        shape = image.shape[:2]
-        samples = features(image, self.reference).reshape(-1, 3)
-        likelihood = np.stack([self.mixtures[c].density(samples) for c in CLASSES])
-        likelihood *= self.priors[:, None]
-        if place is not None:
-            likelihood = self._placed(likelihood, samples, place)
-        floor = COLOURS.outlier * self._lowest_peak()
-        maps = (likelihood / (likelihood.sum(axis=0) + floor)).reshape(-1, *shape)
-        return hamming(maps, smoothing) if smoothing > 0 else maps
+        return self.compared(image).probabilities(smoothing, place)
 
-    def teeth_in_shade(self, image: NDArray[np.generic]) -> FloatArray:
-        """Probability (H, W) that teeth seen at each pixel of an image (H, W, 3) lie in shade."""
-        samples = features(image, self.reference).reshape(-1, 3)
-        return 1 - lit_share(self.mixtures["teeth"], samples).reshape(image.shape[:2])
-
-    def _placed(self, likelihood: FloatArray, samples: FloatArray, place: MouthPlace) -> FloatArray:
-        """The classes' weighted densities (4, N) with what the place of the mouth says."""
-        skin, lips, teeth, dark = likelihood
-        if self.lips_apart:
-            beside = self._beside_teeth(likelihood, samples, place)
-            above, below = (
-                self.mixtures[name].density(samples) + beside * pale.density(samples)
-                for name, pale in zip(EACH_LIP, self._lips_beside_teeth, strict=True)
-            )
-            upper = place.upper.ravel()
-            lips = float(self.priors[CLASSES.index("lips")]) * (upper * above + (1 - upper) * below)
-        middle = self.mixtures["dark"].means[0]
-        deep = samples[:, 2] < middle[2]  # the chroma of what is darker yet says nothing
-        black = self.priors[CLASSES.index("dark")] * self.mixtures["dark"].density(middle[None])
-        dark = np.where(deep, np.maximum(dark, black), dark)
-        elsewhere, within = 1 - place.beyond.ravel(), place.within.ravel()
-        teeth = teeth + COLOURS.pale_teeth * within * skin
-        skin = skin * (1 - within)
-        return np.stack([skin, lips * elsewhere, teeth * elsewhere, dark * elsewhere])
-
-    def _beside_teeth(
-        self, likelihood: FloatArray, samples: FloatArray, place: MouthPlace
-    ) -> FloatArray:
-        """Weight, at each pixel (N,), of lips that have taken on the chroma of teeth beside them.
-
-        It is a share of how surely bright teeth are as near as chroma mixes, where there is chroma,
-        and is added to that of lips as they are elsewhere: else these would seem rarer by teeth,
-        and closed lips in poor light parted.
-        """
-        if not self.chromatic:
-            return np.zeros(len(samples))
-        bright = lit_share(self.mixtures["teeth"], samples) * likelihood[CLASSES.index("teeth")]
-        seen = bright / np.maximum(likelihood.sum(axis=0), 1e-300)
-        return COLOURS.beside_teeth_part * place.mixed(seen)
+    def compared(self, image: NDArray[np.generic]) -> ComparedColours:
+        """Pixels of an image (H, W, 3), RGB 0 to 255, beside every class: once for several maps."""
+        return self._palette.compared(image)
 
     @cached_property
-    def _lips_beside_teeth(self) -> list[Mixture]:
-        """Each lip where it has taken on chroma of teeth."""
-        return [beside_teeth(self.mixtures[name], self.mixtures["teeth"]) for name in EACH_LIP]
-
-    def _lowest_peak(self) -> float:
-        """Peak density of the least dense of skin, lips and the mouth's inside."""
-        skin, lips, *inside = (self.mixtures[c].peak for c in CLASSES)
-        weighted = (float(p) * peak for p, peak in zip(self.priors[2:], inside, strict=True))
-        return min(skin, lips, max(weighted))
+    def _palette(self) -> Palette:
+        return Palette(self.mixtures, self.priors, self.reference, self.chromatic)
 
     def save(self, path: Path) -> None:
         """Write an ``.npz`` that `load` reads: for each class its weights, means, covariances.

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import FaceNotFoundError, TooFewPixelsError
-from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour_features import CLASSES, features
 from abs_engine.face.appearance.colour_prior import (
     DARK,
     TEETH,

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import FaceNotFoundError
-from abs_engine.face.appearance.colour import EACH_LIP, ColourClasses, features
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour_features import EACH_LIP, features
 from abs_engine.face.appearance.colour_learning import (
     assembled,
     border_axis,

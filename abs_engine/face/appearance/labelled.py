@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import TooFewPixelsError
-from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour_features import CLASSES, features
 from abs_engine.face.appearance.colour_learning import bordered
 from abs_engine.face.appearance.luminance import luminance
 from abs_engine.face.appearance.mixture import Mixture, fit_mixture

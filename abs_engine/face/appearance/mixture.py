@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import FloatArray
 from abs_engine.face.appearance import mixture_loops
 
+Singles = NDArray[np.float32]
+Kind = TypeVar("Kind", np.float32, np.float64)
 _FLOOR = 1e-5  # variance floor: 8-bit chromaticity is not finer than this
 
 
@@ -35,18 +38,12 @@ class Mixture:
 
     def densities(self, samples: FloatArray) -> FloatArray:
         """Weighted density of each component, (N, K), at samples (N, D)."""
-        roots, scales = self._white
-        out, part = np.empty((len(scales), len(samples))), np.empty(len(samples))
-        turned = np.ascontiguousarray(samples.T)
-        mixture_loops.exponents(turned, self.means, roots, part, out)
-        np.exp(out, out=out)
-        out *= scales[:, None]
-        return out.T
+        return _components(samples, self.means, *self._white).T
 
     @cached_property
     def _white(self) -> tuple[FloatArray, FloatArray]:
-        """Roots (K, D, D) of the inverse covariances, and densities (K,) at the means."""
-        roots = np.linalg.cholesky(np.linalg.inv(self.covariances), upper=True)
+        """Roots (K, D, D) of half the inverse covariances, and densities (K,) at the means."""
+        roots = np.linalg.cholesky(0.5 * np.linalg.inv(self.covariances), upper=True)
         volumes = np.sqrt(np.linalg.det(2 * np.pi * self.covariances))
         return np.ascontiguousarray(roots), self.weights / volumes
 
@@ -106,6 +103,52 @@ class Mixture:
         means = share.T @ samples / mass[:, None]
         scatter = _scatters(samples, share, means) / mass[:, None, None]
         return Mixture(mass / mass.sum(), means, scatter + _FLOOR * np.eye(means.shape[1]))
+
+
+@dataclass(frozen=True, eq=False)
+class Mixtures:
+    """Several mixtures over the same D dimensions, all evaluated at once, in single precision."""
+
+    mixtures: tuple[Mixture, ...]
+
+    def components(self, samples: Singles) -> Singles:
+        """Weighted density of every component of all, (K, N), at samples (N, D)."""
+        return _components(samples, *self._white)
+
+    def added(self, components: Singles) -> Singles:
+        """Density of each mixture, (M, N), of what `components` gave."""
+        each = (components[self.of(k)].sum(axis=0) for k in range(len(self.mixtures)))
+        return np.stack(list(each))
+
+    def of(self, which: int) -> slice:
+        """The components of one of the mixtures."""
+        return slice(*self._starts[which : which + 2])
+
+    @cached_property
+    def _starts(self) -> list[int]:
+        """Index of each mixture's first component, and the number of all."""
+        return [0, *np.cumsum([len(one.weights) for one in self.mixtures]).tolist()]
+
+    @cached_property
+    def _white(self) -> tuple[Singles, Singles, Singles]:
+        """Means (K, D), roots (K, D, D) and densities at the means (K,)."""
+        each = [(one.means, *one._white) for one in self.mixtures]
+        means, roots, scales = (
+            np.concatenate(part).astype(np.float32) for part in zip(*each, strict=True)
+        )
+        return means, roots, scales
+
+
+def _components(
+    samples: NDArray[Kind], means: NDArray[Kind], roots: NDArray[Kind], scales: NDArray[Kind]
+) -> NDArray[Kind]:
+    """Weighted density of each component, (K, N), at samples (N, D); see `Mixture._white`."""
+    turned = np.ascontiguousarray(samples.T)
+    out, part = np.empty((len(means), len(samples)), turned.dtype), np.empty_like(turned[0])
+    mixture_loops.exponents(turned, means, roots, part, out)
+    np.exp(out, out=out)
+    out *= scales[:, None]
+    return out
 
 
 def _scatters(samples: FloatArray, share: FloatArray, means: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ import numpy as np
 def exponents(samples, means, roots, part, out):
     """Fill -0.5 times the squared deviations of samples (D, N) from each component, (K, N).
 
-    `roots` (K, D, D) are upper triangles whose product root' root is the inverse covariance;
+    `roots` (K, D, D) are upper triangles whose product root' root is half the inverse covariance;
     `part` (N,) is scratch.
     """
     size, count = samples.shape
@@ -24,7 +24,7 @@ def exponents(samples, means, roots, part, out):
                 for n in range(count):  # innermost, for it is what processors do several of at once
                     part[n] += slope * (samples[column, n] - middle)
             for n in range(count):
-                out[k, n] -= 0.5 * part[n] * part[n]
+                out[k, n] -= part[n] * part[n]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)

@@ -68,7 +68,7 @@ def _own_modes(speaker: Speaker) -> NDArray[np.float32]:
     """The speaker's targets and smooth fields (M, V, 3), mm per standard deviation."""
     targets = identity_shape(speaker).modes(speaker)
     vertices = speaker.vertices.astype(np.float64)
-    return np.concatenate([targets, mirrored_modes(vertices, SHAPE.asymmetry).astype(np.float32)])
+    return np.concatenate([targets, mirrored_modes(vertices, SHAPE.asymmetry)])
 
 
 def _principal(speaker: Speaker, modes: NDArray[Any]) -> NDArray[np.float32]:

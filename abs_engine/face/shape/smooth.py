@@ -41,7 +41,7 @@ def mirrored_modes(
     vertices: FloatArray,
     asymmetry: float,
     scales: Sequence[tuple[float, float]] = SHAPE.smooth_scales,
-) -> FloatArray:
+) -> NDArray[np.float32]:
     """Displacements (K, V, 3) as of `smooth_modes` of a body that is nearly its own mirror image.
 
     Parameters
@@ -62,7 +62,7 @@ def mirrored_modes(
     even, odd = (_fields(0.5 * (near + s * far), 0.5 * (own + s * across)) for s in (1.0, -1.0))
     across_face = _widest(np.concatenate([odd, asymmetry * even]))
     in_plane = _widest(np.concatenate([even, asymmetry * odd]))
-    each = np.zeros((3, _RANK, len(vertices), 3))
+    each = np.zeros((3, _RANK, len(vertices), 3), np.float32)
     each[0, : len(across_face), :, 0] = across_face
     each[1, : len(in_plane), :, 1] = each[2, : len(in_plane), :, 2] = in_plane
     return each.reshape(-1, len(vertices), 3)

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from abs_engine.dataset import load_dataset
 from abs_engine.dataset.view import Truth
 from abs_engine.face.appearance.chroma import matched
-from abs_engine.face.appearance.colour import CLASSES, ColourClasses
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour_features import CLASSES
 from abs_engine.face.appearance.labelled import train_classes
 from abs_engine.io.naming import made_before
 from abs_engine.studio.filming import film_scene

@@ -14,7 +14,7 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.chroma import sampled
-from abs_engine.face.appearance.colour import CLASSES
+from abs_engine.face.appearance.colour_features import CLASSES
 from abs_engine.face.appearance.hamming import hamming
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import HEAD_FIT, SHELL_FIT
