@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.core.threads import in_threads
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import EACH_LIP, features
 from abs_engine.face.appearance.colour_learning import (
@@ -74,11 +75,15 @@ def learn_placed(
     reference = float(np.median(luminance(pixels)[certain]))
     samples = features(pixels, reference)
     skin, inside, lips, share = _separated(samples, prior, sure, skin_of(samples[certain]))
-    skin = sound(fit_mixture(samples, share[0] * (prior[0] > 0.5), 3))
-    each = {
-        name: _finished(samples, sure * share[k] * _core(prior[k]), lip)
-        for k, (name, lip) in enumerate(zip(EACH_LIP, lips, strict=True), 1)
-    }
+
+    def finished(place: int) -> Mixture:
+        if place == 0:
+            return sound(fit_mixture(samples, share[0] * (prior[0] > 0.5), 3))
+        weight = sure * share[place] * _core(prior[place])
+        return _finished(samples, weight, lips[place - 1])
+
+    skin, *upper_lower = in_threads(finished, range(1 + len(lips)))
+    each = dict(zip(EACH_LIP, upper_lower, strict=True))
     both = _joined(list(each.values()))
     whole = assembled(skin, both, inside, reference)
     axis = border_axis(skin, both)

@@ -82,6 +82,7 @@ class Mixture:
 
         `anchor` has the same components; none of them can die out or wander far.
         """
+        samples, weight = _counted(samples, weight)
         parts = self.densities(samples)
         share = weight[:, None] * parts / np.maximum(parts.sum(axis=1, keepdims=True), 1e-300)
         pseudo = strength * anchor.weights
@@ -151,6 +152,12 @@ def _components(
     return out
 
 
+def _counted(samples: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The samples (N, D) that have a weight, and their weights (N,): few do, where places do."""
+    some = np.flatnonzero(weight)
+    return (samples, weight) if len(some) == len(weight) else (samples[some], weight[some])
+
+
 def _scatters(samples: FloatArray, share: FloatArray, means: FloatArray) -> FloatArray:
     """Weighted sums (K, D, D) of the offsets of samples (N, D) from each mean, by shares (N, K)."""
     turned = np.ascontiguousarray(samples.T), np.ascontiguousarray(share.T)
@@ -182,6 +189,7 @@ def fit_mixture(samples: FloatArray, weight: FloatArray, most: int, steps: int =
     Neighbouring pixels are not independent; the criterion counts a quarter of the weight as
     samples.
     """
+    samples, weight = _counted(samples, weight)
     mixture = single(samples, weight)
     best, best_score = mixture, _bic(mixture, samples, weight)
     for _ in range(1, most):
