@@ -7,6 +7,7 @@ overlay, too. They take turns, so that a load on the machine hits both alike.
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -170,8 +171,10 @@ def _timed(command: Sequence[str], who: str) -> tuple[dict[str, Any], float]:
     """The last line of a process, and the seconds that it took."""
     if shutil.which(command[0]) is None:
         raise BenchError(f"{command[0]} cannot be run", "give the path of a Python interpreter")
+    # what is installed is compiled once; with this, a checkout would be at each start
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     start = time.perf_counter()
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=kept)
     took = time.perf_counter() - start
     if done.returncode:
         said = (done.stderr.strip() or "it said nothing").splitlines()[-1]
