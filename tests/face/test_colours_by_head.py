@@ -321,6 +321,17 @@ def test_each_lip_is_compared_with_its_own_colours():
     assert told["lower", 0.0] > told["lower", 1.0]
 
 
+def test_maps_are_the_shares_of_the_densities_in_double_precision():
+    picture, classes = painted(), red()
+    samples = features(picture, classes.reference).reshape(-1, 3)
+    own = np.stack([classes.mixtures[name].density(samples) for name in CLASSES])
+    own *= classes.priors[:, None]
+    maps = classes.probabilities(picture).reshape(4, -1)
+    sure = maps.sum(axis=0) > 0.999  # elsewhere a share of each pixel belongs to no class
+    np.testing.assert_allclose(maps[:, sure], (own / own.sum(axis=0))[:, sure], atol=2e-3)
+    assert sure.mean() > 0.5
+
+
 def teeth_begin(edge, mixing=2.0):
     """Row, to a fraction, where teeth seem to begin below a dark lip.
 
