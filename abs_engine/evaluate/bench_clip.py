@@ -171,10 +171,12 @@ def _timed(command: Sequence[str], who: str) -> tuple[dict[str, Any], float]:
     """The last line of a process, and the seconds that it took."""
     if shutil.which(command[0]) is None:
         raise BenchError(f"{command[0]} cannot be run", "give the path of a Python interpreter")
-    # what is installed is compiled once; with this, a checkout would be at each start
-    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    # with the variable a checkout would be compiled at each start; what is installed was before
+    environment = {
+        name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"
+    }
     start = time.perf_counter()
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=kept)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     took = time.perf_counter() - start
     if done.returncode:
         said = (done.stderr.strip() or "it said nothing").splitlines()[-1]

@@ -156,9 +156,10 @@ def test_a_clip_without_a_face_says_so(tmp_path):
         bench_clip(written(tmp_path / "clip.mp4"), "cpu", None, turns=1)
 
 
-def test_a_clip_is_timed_beside_a_peer(tmp_path, grid_clip):
+def test_a_clip_is_timed_beside_a_peer(tmp_path, grid_clip, monkeypatch):
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")  # not passed on to either
     peer = tmp_path / "python"
-    said = f'{{"frames": {FEW}, "seen": {FEW}, "version": "0.0"}}'
+    said = f'{{"frames": {FEW}, "seen": {FEW}, "version": "0.0\'$PYTHONDONTWRITEBYTECODE\'"}}'
     peer.write_text(f"#!/bin/sh\nsleep 0.2\necho '{said}'\n")
     peer.chmod(0o755)
     found = bench_clip(grid_clip, "cpu", peer, turns=1)
@@ -169,6 +170,7 @@ def test_a_clip_is_timed_beside_a_peer(tmp_path, grid_clip):
     assert 0 < told["drawings_per_frame"] < 100
     assert {"reading", "head pose", "evidence", "fit", "overlay", "other"} <= set(told["parts"])
     assert any("frames/s" in line for line in found.as_lines())
+    assert any("MediaPipe 0.0:" in line for line in found.as_lines())
 
 
 def written(path):

@@ -14,6 +14,7 @@ from abs_engine.face.appearance import colour_maps
 from abs_engine.face.appearance.chroma import matched
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES, EACH_LIP, features
+from abs_engine.face.appearance.colour_prior import lit_share
 from abs_engine.face.appearance.colours_by_head import PLACES, learn_placed
 from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.settings.colour import COLOURS
@@ -326,10 +327,22 @@ def test_maps_are_the_shares_of_the_densities_in_double_precision():
     samples = features(picture, classes.reference).reshape(-1, 3)
     own = np.stack([classes.mixtures[name].density(samples) for name in CLASSES])
     own *= classes.priors[:, None]
+    skin, lips, *inside = (classes.mixtures[name].peak for name in CLASSES)
+    floor = COLOURS.outlier * min(skin, lips, max(classes.priors[2:] * inside))
     maps = classes.probabilities(picture).reshape(4, -1)
-    sure = maps.sum(axis=0) > 0.999  # elsewhere a share of each pixel belongs to no class
-    np.testing.assert_allclose(maps[:, sure], (own / own.sum(axis=0))[:, sure], atol=2e-3)
-    assert sure.mean() > 0.5
+    np.testing.assert_allclose(maps, own / (own.sum(axis=0) + floor), atol=1e-5)
+
+
+def test_teeth_of_any_colour_lie_in_shade_as_double_precision_has_it():
+    every = np.stack(np.meshgrid(*[np.arange(0, 256, 15)] * 3), axis=-1).reshape(1, -1, 3)
+    samples = features(every, red().reference).reshape(-1, 3)
+    lit = lit_share(red().mixtures["teeth"], samples)
+    np.testing.assert_allclose(red().compared(every).teeth_in_shade()[0], 1 - lit, atol=1e-9)
+
+
+def test_classes_of_which_the_mouth_has_none_leave_maps_finite():
+    none = replace(red(), priors=np.array([1.0, 1.0, 0.0, 0.0]))
+    assert np.isfinite(none.probabilities(flat((0, 255, 0)))).all()
 
 
 def teeth_begin(edge, mixing=2.0):

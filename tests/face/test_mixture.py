@@ -21,25 +21,27 @@ SAMPLES = np.random.default_rng(9).uniform(-0.1, 0.6, (400, 3))
 
 
 def test_mixtures_evaluated_together_are_those_evaluated_alone():
-    together = Mixtures(MANY)
-    parts = together.components(SAMPLES.astype(np.float32))
-    assert parts.dtype == np.float32
-    for k, (one, found) in enumerate(zip(MANY, together.added(parts), strict=True)):
-        peak = one.peak
-        np.testing.assert_allclose(found, one.density(SAMPLES), rtol=1e-3, atol=1e-4 * peak)
-        each = parts[together.of(k)].T
-        np.testing.assert_allclose(each, one.densities(SAMPLES), rtol=1e-3, atol=1e-4 * peak)
+    together = Mixtures(MANY).densities(SAMPLES.astype(np.float32))
+    assert together.dtype == np.float32
+    for one, found in zip(MANY, together, strict=True):
+        np.testing.assert_allclose(found, one.density(SAMPLES), rtol=1e-3, atol=1e-4 * one.peak)
 
 
-@pytest.mark.parametrize("most", [1, 3])
-def test_samples_without_a_weight_teach_nothing(most):
+def with_others(weight):
+    """The samples with a weight, and 50 elsewhere that have none."""
+    others = np.random.default_rng(2).uniform(2.0, 3.0, (50, 3))
+    return np.vstack([SAMPLES, others]), np.r_[weight, np.zeros(50)]
+
+
+LEARNING = [
+    lambda *given: fit_mixture(*given, 1), lambda *given: fit_mixture(*given, 3),
+    MANY[0].updated, lambda *given: MANY[0].anchored(*given, MANY[0], 20.0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("learn", LEARNING, ids=["one", "several", "updated", "anchored"])
+def test_samples_without_a_weight_teach_nothing(learn):
     weight = np.random.default_rng(1).uniform(0.2, 1.0, len(SAMPLES))
-    beside = np.r_[weight, np.zeros(50)]
-    more = np.vstack([SAMPLES, np.random.default_rng(2).uniform(2.0, 3.0, (50, 3))])
-    alone, both = fit_mixture(SAMPLES, weight, most), fit_mixture(more, beside, most)
+    alone, both = learn(SAMPLES, weight), learn(*with_others(weight))
     np.testing.assert_allclose(both.means, alone.means)
     np.testing.assert_allclose(both.covariances, alone.covariances)
-    own = [m.anchored(*given, MANY[0], 20.0) for m, given in (
-        (MANY[0], (SAMPLES, weight)), (MANY[0], (more, beside)),
-    )]  # fmt: skip
-    np.testing.assert_allclose(own[1].means, own[0].means)

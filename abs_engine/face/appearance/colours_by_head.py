@@ -76,14 +76,14 @@ def learn_placed(
     samples = features(pixels, reference)
     skin, inside, lips, share = _separated(samples, prior, sure, skin_of(samples[certain]))
 
-    def finished(place: int) -> Mixture:
-        if place == 0:
-            return sound(fit_mixture(samples, share[0] * (prior[0] > 0.5), 3))
-        weight = sure * share[place] * _core(prior[place])
-        return _finished(samples, weight, lips[place - 1])
+    def learned(place: str) -> Mixture:
+        k = PLACES.index(place)
+        if place == "skin":
+            return sound(fit_mixture(samples, share[k] * (prior[k] > 0.5), 3))
+        return _finished(samples, sure * share[k] * _core(prior[k]), lips[EACH_LIP.index(place)])
 
-    skin, *upper_lower = in_threads(finished, range(1 + len(lips)))
-    each = dict(zip(EACH_LIP, upper_lower, strict=True))
+    skin, *found = in_threads(learned, ("skin", *EACH_LIP))
+    each = dict(zip(EACH_LIP, found, strict=True))
     both = _joined(list(each.values()))
     whole = assembled(skin, both, inside, reference)
     axis = border_axis(skin, both)

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import Float32Array, FloatArray
 from abs_engine.face.appearance import mixture_loops
 
-Singles = NDArray[np.float32]
-Kind = TypeVar("Kind", np.float32, np.float64)
+_Real = TypeVar("_Real", np.float32, np.float64)
 _FLOOR = 1e-5  # variance floor: 8-bit chromaticity is not finer than this
 
 
@@ -38,7 +38,7 @@ class Mixture:
 
     def densities(self, samples: FloatArray) -> FloatArray:
         """Weighted density of each component, (N, K), at samples (N, D)."""
-        return _components(samples, self.means, *self._white).T
+        return _components(np.asarray(samples, np.float64), self.means, *self._white).T
 
     @cached_property
     def _white(self) -> tuple[FloatArray, FloatArray]:
@@ -96,6 +96,7 @@ class Mixture:
 
     def updated(self, samples: FloatArray, weight: FloatArray) -> Mixture:
         """One step of expectation maximisation on samples (N, D) with weights (N,)."""
+        samples, weight = _counted(samples, weight)
         parts = self.densities(samples)
         share = weight[:, None] * parts / np.maximum(parts.sum(axis=1, keepdims=True), 1e-300)
         mass = share.sum(axis=0)
@@ -112,26 +113,19 @@ class Mixtures:
 
     mixtures: tuple[Mixture, ...]
 
-    def components(self, samples: Singles) -> Singles:
-        """Weighted density of every component of all, (K, N), at samples (N, D)."""
-        return _components(samples, *self._white)
-
-    def added(self, components: Singles) -> Singles:
-        """Density of each mixture, (M, N), of what `components` gave."""
-        each = (components[self.of(k)].sum(axis=0) for k in range(len(self.mixtures)))
-        return np.stack(list(each))
-
-    def of(self, which: int) -> slice:
-        """The components of one of the mixtures."""
-        return slice(*self._starts[which : which + 2])
+    def densities(self, samples: Float32Array) -> Float32Array:
+        """Probability density of each mixture, (M, N), at samples (N, D)."""
+        parts = _components(samples, *self._white)
+        return np.stack([parts[some].sum(axis=0) for some in self._places])
 
     @cached_property
-    def _starts(self) -> list[int]:
-        """Index of each mixture's first component, and the number of all."""
-        return [0, *np.cumsum([len(one.weights) for one in self.mixtures]).tolist()]
+    def _places(self) -> list[slice]:
+        """Where the components of each mixture lie among all."""
+        ends = np.cumsum([len(one.weights) for one in self.mixtures]).tolist()
+        return [slice(*pair) for pair in pairwise([0, *ends])]
 
     @cached_property
-    def _white(self) -> tuple[Singles, Singles, Singles]:
+    def _white(self) -> tuple[Float32Array, Float32Array, Float32Array]:
         """Means (K, D), roots (K, D, D) and densities at the means (K,)."""
         each = [(one.means, *one._white) for one in self.mixtures]
         means, roots, scales = (
@@ -141,8 +135,8 @@ class Mixtures:
 
 
 def _components(
-    samples: NDArray[Kind], means: NDArray[Kind], roots: NDArray[Kind], scales: NDArray[Kind]
-) -> NDArray[Kind]:
+    samples: NDArray[_Real], means: NDArray[_Real], roots: NDArray[_Real], scales: NDArray[_Real]
+) -> NDArray[_Real]:
     """Weighted density of each component, (K, N), at samples (N, D); see `Mixture._white`."""
     turned = np.ascontiguousarray(samples.T)
     out, part = np.empty((len(means), len(samples)), turned.dtype), np.empty_like(turned[0])
@@ -153,7 +147,10 @@ def _components(
 
 
 def _counted(samples: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The samples (N, D) that have a weight, and their weights (N,): few do, where places do."""
+    """Those of samples (N, D) that have a weight (N,), and their weights.
+
+    Most have none where weights come from places.
+    """
     some = np.flatnonzero(weight)
     return (samples, weight) if len(some) == len(weight) else (samples[some], weight[some])
 

@@ -42,7 +42,7 @@ def mirrored_modes(
     asymmetry: float,
     scales: Sequence[tuple[float, float]] = SHAPE.smooth_scales,
 ) -> NDArray[np.float32]:
-    """Displacements (K, V, 3) as of `smooth_modes` of a body that is nearly its own mirror image.
+    """Displacements (K, V, 3) float32, as `smooth_modes`, of a body nearly its own mirror image.
 
     Parameters
     ----------
