@@ -143,14 +143,13 @@ def calibrate_placed(
         If the mouth lies outside of the picture in all of them.
     """
     person, shape, shift = np.zeros(head.model.n_person), head.shape, no_correction()
-    rounds = LANDMARK_EVIDENCE.place_rounds
-    for number, blur in enumerate(rounds, 1):
+    for blur in LANDMARK_EVIDENCE.place_rounds:
         placed = head.frames(shape, seen)
         if not placed:
             raise FaceNotFoundError(
                 "the landmarks that were seen are no face's", "give a video with a face"
             )
-        found = _round(head, placed, person, blur, known, polished=number == len(rounds))
+        found = _round(head, placed, person, blur, known)
         person, shape, shift = found.person, head.known(placed, found), shift + found.shift
         head = replace(head, textured=replace(head.textured, shift=shift))
     agreement = _agreement(head, head.frames(shape, seen), found)
@@ -203,12 +202,8 @@ def _round(
     person: FloatArray,
     blur: float,
     known: ColourClasses | None,
-    polished: bool,
 ) -> Calibration:
-    """Colours, then postures, then one mouth and one correction of the poses; postures again.
-
-    A simplex refines the mouth only if `polished`, in the last round.
-    """
+    """Colours, then postures, then one mouth and one correction of the poses; postures again."""
     model = head.model
     depth = float(np.median([f.pose.translation[2] for f in placed]))
     deviation = SHIFT_DEVIATION * np.r_[np.ones(5), depth]
@@ -227,7 +222,7 @@ def _round(
     frames, threads = [f.calibration for f in placed], workers(head.renderer)
     joint = person_problem(model, frames, evidence, vectors, deviation, threads)
     start = joint.blocks.vector({IDENTITY: person})
-    solver = Newton(limit=LANDMARK_EVIDENCE.person_limit, polished=40 if polished else 0)
+    solver = Newton(limit=LANDMARK_EVIDENCE.person_limit, polished=0)
     found = solver.minimise(joint, start, joint.spec).x
     shift, person = (joint.blocks.part(found, name) for name in (POSE, IDENTITY))
     stand = replace(stand, shift=shift, person=person)
