@@ -120,7 +120,7 @@ class Mixtures:
 
     @cached_property
     def _places(self) -> list[slice]:
-        """Where the components of each mixture lie among all."""
+        """The components of each mixture among all."""
         ends = np.cumsum([len(one.weights) for one in self.mixtures]).tolist()
         return [slice(*pair) for pair in pairwise([0, *ends])]
 
