@@ -245,9 +245,8 @@ def make_environment(machine: Machine, dev: bool) -> None:
         raise SetupError(
             f"{output}\npip failed (see above): check the network, then ./run again", 1
         )
-    if (
-        compiled
-    ):  # installers leave out what is used where it lies; it only saves time, and may fail
+    if compiled:
+        # Installers leave out what is used where it lies. It only saves time, so it may fail.
         machine.run([machine.venv / "bin/python", "-m", "compileall", "-q", "abs_engine"])
     unfinished = machine.stamp.with_suffix(".new")
     unfinished.write_text(json.dumps({"fingerprint": fingerprint(machine), "dev": dev}), "utf-8")

@@ -9,11 +9,10 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Float32Array
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.scene import Scene
 from abs_engine.face.appearance.residual_covariance import Leftover
-
-Float32 = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,20 +25,20 @@ class TextureNoise:
         See `face.appearance.residual_covariance.Leftover.layers`.
     """
 
-    layers: Float32
+    layers: Float32Array
 
     @classmethod
     def of(cls, left: Leftover) -> TextureNoise:
         """From what a texture model leaves out."""
         return cls(left.layers)
 
-    def scales(self, scene: Scene, drawn: Buffers, where: NDArray[np.bool_]) -> Float32:
+    def scales(self, scene: Scene, drawn: Buffers, where: NDArray[np.bool_]) -> Float32Array:
         """Factors by which single differences of some drawn pixels are multiplied, (N,)."""
         return self._at(scene, drawn, where)[:, 0]
 
     def whitened(
-        self, off: Float32, scene: Scene, drawn: Buffers, where: NDArray[np.bool_]
-    ) -> Float32:
+        self, off: Float32Array, scene: Scene, drawn: Buffers, where: NDArray[np.bool_]
+    ) -> Float32Array:
         """Differences (N, 3) of some drawn pixels (H, W), times the noise's inverse root.
 
         The noise is 1 in every channel of every pixel, in units of spread, and that along
@@ -59,7 +58,7 @@ class TextureNoise:
         drop = axes[:, long] @ ((1 - 1 / np.sqrt(1 + e)) / e * along)
         return np.asarray(rows - (drop.astype(np.float32) @ v).reshape(-1, 3), np.float32)
 
-    def _at(self, scene: Scene, drawn: Buffers, where: NDArray[np.bool_]) -> Float32:
+    def _at(self, scene: Scene, drawn: Buffers, where: NDArray[np.bool_]) -> Float32Array:
         """The layers at some drawn pixels, (N, 1 + 3 q)."""
         facets = drawn.facet_id[where] - 1
         out = np.empty((len(facets), self.layers.shape[2]), np.float32)

@@ -5,15 +5,13 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from abs_engine.core.arrays import Float32Array
 from abs_engine.io.assets import Speaker
 
-Floats = NDArray[np.float32]
 
-
-def inner_shade(speaker: Speaker) -> Floats:
+def inner_shade(speaker: Speaker) -> Float32Array:
     """Factor (V,) by which vertices inside the mouth are darkened, as the lights cast no shadow."""
     chosen = speaker.vertices_of("inner_mouth", "upper_teeth", "lower_teeth", "tongue")
     front = speaker.vertices[speaker.landmarks["inner_lip_8"], 2].max()
@@ -32,7 +30,7 @@ class Normals:
         columns = np.repeat(np.arange(len(speaker.faces)), 3)
         self._sum = sparse.csr_matrix((np.ones(len(rows), np.float32), (rows, columns)))
 
-    def __call__(self, vertices: Floats) -> Floats:
+    def __call__(self, vertices: Float32Array) -> Float32Array:
         """Unit normals (V, 3) of vertices (V, 3)."""
         a, b, c = (vertices[self._faces[:, k]] for k in range(3))
         sums = self._sum @ np.cross(b - a, c - a)

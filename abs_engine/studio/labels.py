@@ -12,13 +12,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import BoolArray, FloatArray
+from abs_engine.core.arrays import BoolArray, Float32Array, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.io.assets import Speaker
 from abs_engine.studio import surface
 from abs_engine.studio.seam import DEPTH, beside, lip_strips
 
-Floats = NDArray[np.float32]
 CLEARANCE = 1.0
 """A landmark is hidden by what is nearer to the camera than it by more than this, mm.
 
@@ -44,10 +43,10 @@ class Geometry:
     points: FloatArray
     drawn: FloatArray
     pixels: FloatArray
-    normals: Floats
+    normals: Float32Array
 
     @classmethod
-    def of(cls, camera: Camera, points: FloatArray, normals: Floats) -> Geometry:
+    def of(cls, camera: Camera, points: FloatArray, normals: Float32Array) -> Geometry:
         """From vertices and normals (V, 3) in the camera frame."""
         drawn = camera.distort(points)
         return cls(points, drawn, flat(camera, drawn), normals)
@@ -82,7 +81,7 @@ class Surface:
         inverse = np.linalg.inv(camera.matrix)
         surface.trace(ids, geometry.drawn, faces, inverse, self._weights, self.depth)
 
-    def normals(self) -> Floats:
+    def normals(self) -> Float32Array:
         """Unit normals (H, W, 3), camera frame, 0 where the head is not seen."""
         out = self._blend(self._geometry.normals)
         length = np.sqrt((out**2).sum(axis=2, keepdims=True))
@@ -96,7 +95,7 @@ class Surface:
         surface.sample(self.ids, where, levels[self.ids], skin.texels, skin.starts, skin.sides, out)
         return out
 
-    def flow(self, following: Geometry) -> tuple[Floats, BoolArray]:
+    def flow(self, following: Geometry) -> tuple[Float32Array, BoolArray]:
         """Motion of the visible points to the next frame, and whether it is known.
 
         Returns

@@ -9,12 +9,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import Image
+from abs_engine.core.arrays import Float32Array, Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.pictures import read_image
 
-Floats = NDArray[np.float32]
 Colour = tuple[float, float, float]
 
 
@@ -59,7 +58,7 @@ class Sensor:
             )
 
     def expose(
-        self, ideal: Floats, rng: np.random.Generator, frame: int = 0, blur: float = 0.0
+        self, ideal: Float32Array, rng: np.random.Generator, frame: int = 0, blur: float = 0.0
     ) -> Image:
         """A picture as the sensor gives it.
 
@@ -108,7 +107,7 @@ class Background:
     picture: str = ""
 
 
-def backdrop(camera: Camera, background: Background, seed: int = 0) -> Floats:
+def backdrop(camera: Camera, background: Background, seed: int = 0) -> Float32Array:
     """The background as a camera sees it, with its lens distortion.
 
     Parameters
@@ -152,7 +151,7 @@ def backdrop(camera: Camera, background: Background, seed: int = 0) -> Floats:
     return np.asarray(np.clip(colour * dark, 0, 255), np.float32)
 
 
-def _blobs(place: Floats, seed: int) -> Floats:
+def _blobs(place: Float32Array, seed: int) -> Float32Array:
     """Smooth noise (H, W, 3) of about unit height at places (H, W, 2)."""
     rng = np.random.default_rng([seed, 77])
     out = np.zeros((*place.shape[:2], 3), np.float32)
@@ -164,7 +163,7 @@ def _blobs(place: Floats, seed: int) -> Floats:
     return out
 
 
-def composite(rgba: Image, behind: Floats) -> Floats:
+def composite(rgba: Image, behind: Float32Array) -> Float32Array:
     """Lay a multisampled drawing (alpha: coverage, colours premultiplied) over a picture."""
     drawn = rgba.astype(np.float32)
     return np.asarray(drawn[..., :3] + behind * (1 - drawn[..., 3:] / 255), np.float32)

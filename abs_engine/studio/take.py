@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import BoolArray, FloatArray
+from abs_engine.core.arrays import BoolArray, Float32Array, FloatArray
 from abs_engine.core.clock import Clock
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset.codec import OTHER
@@ -22,8 +22,6 @@ from abs_engine.studio.optics import backdrop, composite
 from abs_engine.studio.plan import ClipPlan, Prop
 from abs_engine.studio.process import Worker
 from abs_engine.studio.sequence import deform
-
-Floats = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +49,9 @@ class Shot:
     ids: NDArray[np.uint16]
     depth: FloatArray
     cover: NDArray[np.uint8]
-    normals: Floats | None
+    normals: Float32Array | None
     albedo: NDArray[np.uint8] | None
-    flow: tuple[Floats, BoolArray] | None
+    flow: tuple[Float32Array, BoolArray] | None
     pixels: FloatArray
     seen: BoolArray
     mirror_pixels: FloatArray | None

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from abs_engine.core.arrays import Float32Array
 from abs_engine.io.assets import Speaker
 
-Floats = NDArray[np.float32]
 _SUBPIXEL_BITS = 4
 
 
@@ -44,17 +44,17 @@ class Chart:
     rows: NDArray[np.int64]
     columns: NDArray[np.int64]
     face: NDArray[np.int32]
-    weights: Floats
-    place: Floats
+    weights: Float32Array
+    place: Float32Array
     kind: NDArray[np.uint8]
-    area: Floats
+    area: Float32Array
     nearest: NDArray[np.int32]
 
-    def lift(self, image: NDArray[np.uint8]) -> Floats:
+    def lift(self, image: NDArray[np.uint8]) -> Float32Array:
         """Colours (T, 3) float32, 0 to 255, of the texels of a texture."""
         return np.asarray(image[self.rows, self.columns], np.float32)
 
-    def lay(self, colour: Floats) -> NDArray[np.uint8]:
+    def lay(self, colour: Float32Array) -> NDArray[np.uint8]:
         """Texture (size, size, 3) uint8 of texel colours; gaps take the nearest one."""
         whole = np.clip(np.rint(colour), 0, 255).astype(np.uint8)
         return whole[self.nearest]
@@ -99,7 +99,7 @@ def _cross(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(ab[..., 0] * ac[..., 1] - ab[..., 1] * ac[..., 0])
 
 
-def _barycentric(corners: NDArray[np.float64], points: NDArray[np.int64]) -> Floats:
+def _barycentric(corners: NDArray[np.float64], points: NDArray[np.int64]) -> Float32Array:
     """Weights (T, 3) of points (T, 2) in triangles (T, 3, 2); those just outside are moved in."""
     area = _cross(corners)
     safe = np.where(np.abs(area) < 1e-9, 1e-9, area)

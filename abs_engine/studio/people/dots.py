@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Float32Array
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.corpus_dots import corpus_dots
-from abs_engine.studio.people.chart import Chart, Floats
+from abs_engine.studio.people.chart import Chart
 from abs_engine.studio.people.person import Person, neutral
 from abs_engine.studio.people.regions import step
 
@@ -73,7 +74,7 @@ def dots(speaker: Speaker, person: Person) -> Dots:
     return Dots(chosen, _BEAD_RADIUS, palette[np.arange(len(chosen)) % len(palette)])
 
 
-def add_dots(colour: Floats, speaker: Speaker, chart: Chart, person: Person) -> Floats:
+def add_dots(colour: Float32Array, speaker: Speaker, chart: Chart, person: Person) -> Float32Array:
     """Paint a person's dots over texel colours (T, 3), round on this person's face."""
     marks = dots(speaker, person)
     if not len(marks.vertices):
@@ -95,7 +96,7 @@ def add_dots(colour: Floats, speaker: Speaker, chart: Chart, person: Person) -> 
 class _Facets:
     """Facets near a vertex along the surface, so that no dot leaps from lip to lip."""
 
-    def __init__(self, speaker: Speaker, rest: Floats) -> None:
+    def __init__(self, speaker: Speaker, rest: Float32Array) -> None:
         self._corners, self._rest = speaker.weld[speaker.faces], rest
         self._weld = speaker.weld
         self._flat = self._corners.ravel().argsort(kind="stable")
@@ -129,7 +130,7 @@ class _Facets:
         return [int(f) for f in flat // 3]
 
 
-def _spread(speaker: Speaker, rest: Floats, count: int) -> NDArray[np.int32]:
+def _spread(speaker: Speaker, rest: Float32Array, count: int) -> NDArray[np.int32]:
     """Vertices of the face's front, each as far as possible from those before it.
 
     Lips and eyes are left free. Nothing is drawn by chance.

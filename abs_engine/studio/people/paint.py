@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from abs_engine.core.arrays import Float32Array
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.people import regions
-from abs_engine.studio.people.chart import Chart, Floats, chart_of
+from abs_engine.studio.people.chart import Chart, chart_of
 from abs_engine.studio.people.dots import add_dots
 from abs_engine.studio.people.person import Person, speaker_base
 from abs_engine.studio.people.tones import lip_colour
@@ -59,7 +60,7 @@ def _changes(person: Person) -> bool:
     )
 
 
-def _log_gain(speaker: Speaker, chart: Chart, person: Person, colour: Floats) -> Floats:
+def _log_gain(speaker: Speaker, chart: Chart, person: Person, colour: Float32Array) -> Float32Array:
     """Logarithm (T, 3) of the factor by which each texel changes."""
     lip, (hair, hair_source) = regions.lips(speaker, chart), regions.hair(speaker, chart, colour)
     inside = regions.is_class(speaker, chart, "inner_mouth", "tongue")
@@ -78,26 +79,30 @@ def _log_gain(speaker: Speaker, chart: Chart, person: Person, colour: Floats) ->
     return np.asarray(out + inside[:, None] * np.log(luma), np.float32)
 
 
-def _dyed(colour: Floats, source: Floats, target: tuple[int, int, int]) -> Floats:
+def _dyed(colour: Float32Array, source: Float32Array, target: tuple[int, int, int]) -> Float32Array:
     """Hair in another colour: its strands keep half of their contrast and lose their own tint."""
     strands = np.sqrt((colour @ _LUMA + 1) / (source @ _LUMA + 1))
     return np.asarray(np.outer(np.clip(strands, 0.5, 1.5), target), np.float32)
 
 
-def _towards(source: Floats, target: tuple[int, int, int] | None) -> Floats:
+def _towards(source: Float32Array, target: tuple[int, int, int] | None) -> Float32Array:
     if target is None:
         return np.zeros(3, np.float32)
     return np.asarray(np.log(np.maximum(target, 1) / np.maximum(source, 1)), np.float32)
 
 
-def _scatter(chance: Floats, chart: Chart, count: int, rng: np.random.Generator) -> Floats:
+def _scatter(
+    chance: Float32Array, chart: Chart, count: int, rng: np.random.Generator
+) -> Float32Array:
     """Places (count, 3) drawn by a chance per mm^2 given for each texel."""
     weight = (chance * chart.area).astype(np.float64)
     chosen = rng.choice(len(weight), size=count, p=weight / weight.sum())
     return chart.place[chosen]
 
 
-def _distance(chart: Chart, where: NDArray[np.bool_], points: Floats, limit: float) -> Floats:
+def _distance(
+    chart: Chart, where: NDArray[np.bool_], points: Float32Array, limit: float
+) -> Float32Array:
     """Distance (T,), mm, to the nearest of some points; `limit` outside of `where`."""
     out = np.full(len(chart.place), limit, np.float32)
     found = cKDTree(points).query(chart.place[where], distance_upper_bound=limit)[0]
@@ -106,8 +111,12 @@ def _distance(chart: Chart, where: NDArray[np.bool_], points: Floats, limit: flo
 
 
 def _add_freckles(
-    colour: Floats, chance: Floats, chart: Chart, person: Person, rng: np.random.Generator
-) -> Floats:
+    colour: Float32Array,
+    chance: Float32Array,
+    chart: Chart,
+    person: Person,
+    rng: np.random.Generator,
+) -> Float32Array:
     share = np.zeros(len(colour), np.float32)
     for radius, strength, number in _FRECKLES:
         away = _distance(chart, chance > 0, _scatter(chance, chart, number, rng), 2.0)
@@ -116,8 +125,12 @@ def _add_freckles(
 
 
 def _add_stubble(
-    colour: Floats, region: Floats, chart: Chart, person: Person, rng: np.random.Generator
-) -> Floats:
+    colour: Float32Array,
+    region: Float32Array,
+    chart: Chart,
+    person: Person,
+    rng: np.random.Generator,
+) -> Float32Array:
     """Darken the beard's region, with single hairs, towards the colour of stubble."""
     hairs = _scatter(region, chart, _HAIRS, rng)
     away = _distance(chart, region > 0.01, hairs, 1.0)

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from abs_engine.core.arrays import Float32Array
 from abs_engine.io.assets import Speaker
-from abs_engine.studio.people.chart import Chart, Floats
+from abs_engine.studio.people.chart import Chart
 
 _LUMA = np.array([0.299, 0.587, 0.114], np.float32)
 _HAIR_FROM = ((0, 25, 38, 52, 64, 74, 90, 130, 180), (88, 88, 80, 46, 24, 8, -14, -34, -48))
@@ -21,13 +22,13 @@ _BEARD_BELOW = ((0, 20, 34, 50, 66, 80), (-6, -12, -34, -36, -12, 10))
 """No beard grows above this: distance from the middle, height, in mm."""
 
 
-def step(x: NDArray[np.floating], low: float, high: float) -> Floats:
+def step(x: NDArray[np.floating], low: float, high: float) -> Float32Array:
     """Rise smoothly from 0 at `low` to 1 at `high`, or fall where low > high."""
     t = np.clip((x - low) / (high - low), 0.0, 1.0)
     return np.asarray(t * t * (3.0 - 2.0 * t), np.float32)
 
 
-def bump(place: Floats, centre: tuple[float, float, float], radius: float) -> Floats:
+def bump(place: Float32Array, centre: tuple[float, float, float], radius: float) -> Float32Array:
     """A Gaussian spot on both sides of the head around a place on its left."""
     offset = np.abs(place * [1, 0, 0]) + place * [0, 1, 1] - centre
     return np.asarray(np.exp(-(offset**2).sum(axis=1) / radius**2), np.float32)
@@ -38,7 +39,7 @@ def is_class(speaker: Speaker, chart: Chart, *names: str) -> NDArray[np.bool_]:
     return np.isin(chart.kind, [speaker.class_id(n) for n in names])
 
 
-def lips(speaker: Speaker, chart: Chart) -> Floats:
+def lips(speaker: Speaker, chart: Chart) -> Float32Array:
     """Share (T,) of lip colour: soft within half a millimetre of the border of the lips."""
     inside = is_class(speaker, chart, "upper_lip", "lower_lip")
     outside = np.where(inside, -1.0, 1.0) * border_distance(speaker, chart)
@@ -74,7 +75,7 @@ def lip_sample(speaker: Speaker, chart: Chart) -> NDArray[np.bool_]:
     return own & (outside > 0.8) & (outside < 4.0)
 
 
-def hair(speaker: Speaker, chart: Chart, colour: Floats) -> tuple[Floats, Floats]:
+def hair(speaker: Speaker, chart: Chart, colour: Float32Array) -> tuple[Float32Array, Float32Array]:
     """Share of hair in each texel, seen from its colour, and the hair's median colour.
 
     On the skull a texel lies between the colours of skin and of hair; in the brows and on the lid
@@ -99,7 +100,7 @@ def hair(speaker: Speaker, chart: Chart, colour: Floats) -> tuple[Floats, Floats
     return np.asarray(share, np.float32), np.asarray(crop, np.float32)
 
 
-def beard(speaker: Speaker, chart: Chart) -> Floats:
+def beard(speaker: Speaker, chart: Chart) -> Float32Array:
     """Share (T,) of the beard's region: jaw, chin and upper lip, not the lips themselves."""
     x, y, z = chart.place.T
     share = step(np.interp(np.abs(x), *_BEARD_BELOW) - y, 0, 9) * step(y, -88, -66)
@@ -107,7 +108,7 @@ def beard(speaker: Speaker, chart: Chart) -> Floats:
     return np.asarray(share * is_class(speaker, chart, "skin"), np.float32)
 
 
-def freckled(speaker: Speaker, chart: Chart) -> Floats:
+def freckled(speaker: Speaker, chart: Chart) -> Float32Array:
     """Share (T,) of where freckles are: nose and cheeks, fading out; not on lids and lips."""
     share = bump(chart.place, (0, 12, 104), 22) + bump(chart.place, (34, 8, 82), 20)
     share *= step(chart.place[:, 1], 34, 24) * step(chart.place[:, 2], 50, 60)
