@@ -23,13 +23,13 @@ def load(pupils: float | None, unknown: bool) -> None:
     from abs_engine.face.shape.population import average_person
     from abs_engine.tracking.scale import pupil_distance, pupil_scale
 
+    code_digest()  # which is asked for first
     with suppress(AbsEngineError):
         apart = pupil_scale(pupils).pupils
         if unknown:
             with one_thread():
                 speaker = average_person()
                 sized_head(speaker, apart / pupil_distance(speaker, speaker.vertices))
-    code_digest()
 
 
 def load_tables() -> None:

@@ -55,7 +55,7 @@ class Population:
         """
         share = SHAPE.scanned
         scans = self.components.astype(np.float32) * np.float32(factor * np.sqrt(share))
-        return np.concatenate([np.asarray(modes * np.sqrt(1.0 - share), np.float32), scans])
+        return np.concatenate([modes * np.float32(np.sqrt(1.0 - share)), scans])
 
 
 @kept
