@@ -25,7 +25,7 @@ from scipy.optimize import linear_sum_assignment
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.scene import Scene
-from abs_engine.face.shape.identity import head_modes, sized_head
+from abs_engine.face.identity import head_modes, sized_head
 from abs_engine.face.shape.mouth import mouth_shape
 from abs_engine.face.shape.population import average_person
 from abs_engine.face.shape.upper_face import upper_face_modes

@@ -10,8 +10,8 @@ from heads import SIZE, lit_picture_of, picture_of, seen_at
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Scene
+from abs_engine.face.identity import head_modes
 from abs_engine.face.settings.shape import SHAPE
-from abs_engine.face.shape.identity import head_modes
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape
 from abs_engine.io.assets import Speaker, load_speaker

@@ -15,12 +15,12 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import mode_block
 from abs_engine.core.scene import Scene
 from abs_engine.face.base import lip_aperture
+from abs_engine.face.mouth_fields import mouth_fields
 from abs_engine.face.rings import rings_of
 from abs_engine.face.schema import PERSON_TARGETS
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units
-from abs_engine.face.shape.mouth_fields import mouth_fields
 from abs_engine.io.assets import Speaker
 
 # Postures that a fit is started from, in weights of face units

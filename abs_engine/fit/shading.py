@@ -20,17 +20,17 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Candidates
-from abs_engine.face.appearance import shading_loops
+from abs_engine.face import shading_loops
 from abs_engine.face.appearance.harmonics import harmonics
-from abs_engine.face.appearance.shading import (
+from abs_engine.face.base import Face
+from abs_engine.face.settings.appearance import SHADING
+from abs_engine.face.shading import (
     LinearPicture,
     SkinPatch,
     SkinShading,
     learn_shading,
     seen,
 )
-from abs_engine.face.base import Face
-from abs_engine.face.settings.appearance import SHADING
 from abs_engine.fit.terms import TermKind
 from abs_engine.fit.view import View
 

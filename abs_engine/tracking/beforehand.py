@@ -19,7 +19,7 @@ def load(pupils: float | None, unknown: bool) -> None:
     from abs_engine.core.errors import AbsEngineError
     from abs_engine.core.provenance import code_digest
     from abs_engine.core.threads import one_thread
-    from abs_engine.face.shape.identity import sized_head
+    from abs_engine.face.identity import sized_head
     from abs_engine.face.shape.population import average_person
     from abs_engine.tracking.scale import pupil_distance, pupil_scale
 

@@ -13,8 +13,8 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import vertex_normals
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
+from abs_engine.face.identity import sized_head
 from abs_engine.face.settings.shape import SHAPE
-from abs_engine.face.shape.identity import sized_head
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape
 from abs_engine.face.shape.population import expected

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from abs_engine.face.shape.identity import head_modes, sized_head
+from abs_engine.face.identity import head_modes, sized_head
 from abs_engine.face.shape.population import average_person
 from abs_engine.face.shape.smooth import mirrored_modes, smooth_modes
 from abs_engine.io.assets import load_speaker

@@ -8,9 +8,9 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 
 from abs_engine.core.errors import ModelFormatError
+from abs_engine.face.identity import sized_head
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape import population
-from abs_engine.face.shape.identity import sized_head
 from abs_engine.face.shape.population import Population, average_person, load_population
 from abs_engine.io.assets import load_speaker
 from abs_engine.tracking.scale import pupil_distance

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from abs_engine.face.shape.identity import head_modes, identity_shape
+from abs_engine.face.identity import head_modes, identity_shape
 from abs_engine.face.shape.proportions import proportioned
 from abs_engine.io.assets import load_speaker
 

@@ -17,8 +17,8 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, pose_and
 from abs_engine.dataset import load_truth
 from abs_engine.face.appearance.harmonics import harmonics
-from abs_engine.face.appearance.shading import SkinPatch, learn_shading
 from abs_engine.face.base import Body
+from abs_engine.face.shading import SkinPatch, learn_shading
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.shading import NAME, shading_term, with_shading
 from abs_engine.fit.view import View

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from abs_engine.face.shape import identity
+from abs_engine.face import identity
 from abs_engine.face.shape.population import average_person
 from abs_engine.tracking import beforehand
 from abs_engine.tracking.scale import pupil_distance, pupil_scale

@@ -17,8 +17,8 @@ from drawn import (
 )
 from heads import seen_at
 
+from abs_engine.face.identity import head_modes, identity_shape
 from abs_engine.face.settings.shape import SHAPE
-from abs_engine.face.shape.identity import head_modes, identity_shape
 from abs_engine.face.shape.mouth import mouth_units
 from abs_engine.face.shape.population import average_person
 from abs_engine.face.shape.proportions import proportioned

@@ -12,7 +12,7 @@ from heads import seen_at
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
-from abs_engine.face.shape.identity import head_modes
+from abs_engine.face.identity import head_modes
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.head_outline import outline, outline_equations

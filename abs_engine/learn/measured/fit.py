@@ -10,8 +10,8 @@ import numpy as np
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError, TooFewPointsError
 from abs_engine.core.geometry import Pose
+from abs_engine.face.identity import head_modes
 from abs_engine.face.shape.dots import ShellPoints
-from abs_engine.face.shape.identity import head_modes
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulatory import Build, rms
 from abs_engine.learn.bite import bite_plane_of

@@ -1,8 +1,8 @@
 """Shaded skin: a clip's own colour of each point of the face, and the light that falls on it.
 
 Skin is taken for matt: what a pixel shows is the colour of a point times the light that its normal
-receives, which has nine numbers for each channel wherever the lamps are (see `harmonics`). A point
-that slides is seen by its colour, one that turns by its shade.
+receives, which has nine numbers for each channel wherever the lamps are (see
+`appearance.harmonics`). A point that slides is seen by its colour, one that turns by its shade.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import BoolArray, FloatArray, Image, IntArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.scene import Candidates
-from abs_engine.face.appearance import shading_loops
+from abs_engine.face import shading_loops
 from abs_engine.face.appearance.harmonics import HARMONICS, harmonics
 from abs_engine.face.base import Body
 from abs_engine.face.settings.appearance import SHADING
