@@ -18,10 +18,10 @@ from abs_engine.core.geometry import FACING, Pose
 from abs_engine.core.kinds import check_kind, is_of, to_path
 from abs_engine.core.provenance import code_digest
 from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.studio.appearance.look import Look
 from abs_engine.studio.cameras import check_view
 from abs_engine.studio.cast import NO_DOTS, Cast
 from abs_engine.studio.dressing import shirt
-from abs_engine.studio.look import Look
 from abs_engine.studio.make import Crew, Filmed, Order, make
 from abs_engine.studio.plan import ClipPlan, View, vectors
 from abs_engine.studio.resolve import plan_clip

@@ -21,7 +21,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset.codec import BOARD, HAND, MICROPHONE
 from abs_engine.io.npz import read_npz
-from abs_engine.studio.optics import Background, Sensor
+from abs_engine.studio.appearance.optics import Background, Sensor
 
 FORMAT, VERSION = "abs_engine.plan", 1
 

@@ -13,10 +13,10 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import Speaker
+from abs_engine.studio.appearance.look import Light
 from abs_engine.studio.cameras import check_view, glass, lens, stand
 from abs_engine.studio.cast import Cast
 from abs_engine.studio.dressing import props_of
-from abs_engine.studio.look import Light
 from abs_engine.studio.motion import head_poses, ramp
 from abs_engine.studio.performance import perform
 from abs_engine.studio.plan import ClipPlan, View, compose, vectors

@@ -19,9 +19,9 @@ from abs_engine.core.geometry import Pose
 from abs_engine.dataset import SUMS, load_truth
 from abs_engine.io.assets import load_speaker
 from abs_engine.io.video import probe
+from abs_engine.studio.appearance.look import Look
 from abs_engine.studio.filming import plan_of
 from abs_engine.studio.geometry import Normals
-from abs_engine.studio.look import Look
 from abs_engine.studio.process import Worker, worker_environment
 from abs_engine.studio.take import Take
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from abs_engine.core.camera import Camera
 from abs_engine.io.files import png
-from abs_engine.studio.optics import Background, backdrop
+from abs_engine.studio.appearance.optics import Background, backdrop
 
 
 def test_a_background_picture_is_seen_as_it_is_and_through_a_lens_bent(tmp_path):

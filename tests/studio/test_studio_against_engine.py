@@ -18,8 +18,8 @@ from abs_engine.core.scene import Candidates, Scene
 from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.studio import filming
-from abs_engine.studio.look import Look
-from abs_engine.studio.optics import Sensor
+from abs_engine.studio.appearance.look import Look
+from abs_engine.studio.appearance.optics import Sensor
 from abs_engine.studio.take import Take
 
 CAMERA = Camera(np.array([[410.0, 0, 121.3], [0, 415.0, 84.6], [0, 0, 1]]), (240, 180))

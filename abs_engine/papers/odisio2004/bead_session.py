@@ -19,10 +19,10 @@ from abs_engine.core.geometry import FACING, Pose
 from abs_engine.dataset.codec import BOARD as BOARD_CODE
 from abs_engine.learn.bite import bite_plane_of
 from abs_engine.learn.spoken import SpokenCorpus
+from abs_engine.studio.appearance.look import Light, Look
 from abs_engine.studio.board_mesh import printed
 from abs_engine.studio.corpus import viseme_weights
 from abs_engine.studio.filming import plan_of
-from abs_engine.studio.look import Light, Look
 from abs_engine.studio.make import Crew, Order, Progress, make
 from abs_engine.studio.people import Person, dots, paint
 from abs_engine.studio.plan import ClipPlan, Prop, View, compose, vectors

@@ -22,8 +22,8 @@ from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.spoken import SpokenCorpus
+from abs_engine.studio.appearance.look import Look
 from abs_engine.studio.filming import plan_of
-from abs_engine.studio.look import Look
 from abs_engine.studio.make import Crew, Order, Progress, make
 from abs_engine.studio.people import Person, dots, paint
 from abs_engine.studio.sequence import Sequence, portrait, wander

@@ -12,11 +12,11 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset.codec import CLOSED_BELOW
 from abs_engine.io.assets import Speaker
+from abs_engine.studio.appearance.look import Look
 from abs_engine.studio.contact import widest_gap
 from abs_engine.studio.corpus.subtle import subtle
 from abs_engine.studio.filming import plan_of
 from abs_engine.studio.french import Sentence
-from abs_engine.studio.look import Look
 from abs_engine.studio.people import Person, dots, paint
 from abs_engine.studio.plan import ClipPlan
 from abs_engine.studio.sequence import Sequence, deform, expression, portrait, wander

@@ -35,8 +35,8 @@ from abs_engine.papers.odisio2004.sentences_work import settings_of
 from abs_engine.papers.odisio2004.sequence import track
 from abs_engine.papers.odisio2004.unassisted_faces import KnownFace, faces_of
 from abs_engine.papers.odisio2004.visemes import Speech
+from abs_engine.studio.appearance.look import Light, Look
 from abs_engine.studio.french import SENTENCES, Sentence
-from abs_engine.studio.look import Light, Look
 from abs_engine.studio.make import Crew, Order, make
 from abs_engine.tracking.heads import correspondence_of
 from abs_engine.tracking.landmark_correspondence import Correspondence

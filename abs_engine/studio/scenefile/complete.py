@@ -11,7 +11,7 @@ import numpy as np
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.dataset import SUMS, codec
-from abs_engine.studio.look import FILL, KEY
+from abs_engine.studio.appearance.look import FILL, KEY
 from abs_engine.studio.scenefile.reader import nearest
 from abs_engine.studio.scenefile.scene import ClipEntry, SceneFile
 from abs_engine.studio.scenefile.values import CameraEntry, EventEntry, LightEntry, OccluderEntry

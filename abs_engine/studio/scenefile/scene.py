@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from abs_engine.studio.optics import Background
+from abs_engine.studio.appearance.optics import Background
 from abs_engine.studio.scenefile.values import (
     CameraEntry,
     EventEntry,
@@ -132,7 +132,7 @@ class SceneFile:
     shirt : (3,) float or false
         Linear RGB.
     background : table
-        top, bottom, clutter, picture: see `abs_engine.studio.optics.Background`.
+        top, bottom, clutter, picture: see `abs_engine.studio.appearance.optics.Background`.
     speaker, camera, light, occluder, event, clip : lists of tables
         By default one camera, a key and a fill light, and one clip.
     """

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from abs_engine.capture.board import Board
-from abs_engine.studio.look import LightKey
-from abs_engine.studio.optics import Sensor
+from abs_engine.studio.appearance.look import LightKey
+from abs_engine.studio.appearance.optics import Sensor
 
 Vector = tuple[float, float, float]
 Rgb = tuple[int, int, int]
@@ -103,7 +103,8 @@ class CameraEntry:
     roll_degrees : float
         About the optical axis.
     sensor : table
-        blur, shot, read, bands, band_period, band_speed: see `abs_engine.studio.optics.Sensor`.
+        blur, shot, read, bands, band_period, band_speed: see
+        `abs_engine.studio.appearance.optics.Sensor`.
     exposure : float
         Factor of the light.
     crf : int

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError
-from abs_engine.studio.optics import Background, Sensor
+from abs_engine.studio.appearance.optics import Background, Sensor
 
 Colour = tuple[float, float, float]
 

@@ -1,0 +1,1 @@
+"""Appearance of what is filmed: light and dress, background, lens and sensor."""
