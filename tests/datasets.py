@@ -32,8 +32,8 @@ from abs_engine.dataset.picture import write_picture
 from abs_engine.io.assets import load_speaker
 from abs_engine.io.video import VideoWriter
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.studio.contact import widest_gap
 from abs_engine.studio.mirror import Mirror
+from abs_engine.studio.people.lip_contact import widest_gap
 from abs_engine.studio.sequence import deform
 
 SIZE = (160, 120)

@@ -6,9 +6,9 @@ import numpy as np
 
 from abs_engine.dataset.codec import CLOSED_BELOW, LABELS
 from abs_engine.studio.appearance.look import Look
-from abs_engine.studio.contact import widest_gap
 from abs_engine.studio.filming import plan_of
 from abs_engine.studio.make import Crew, Order, make
+from abs_engine.studio.people.lip_contact import widest_gap
 from abs_engine.studio.sequence import Sequence, deform, expression, portrait, utter, wander
 from abs_engine.studio.speech.lips import Lips
 

@@ -28,7 +28,7 @@ from abs_engine.dataset.codec import (
 from abs_engine.dataset.picture import write_picture
 from abs_engine.io.assets import Speaker
 from abs_engine.io.npz import read_npz
-from abs_engine.studio.contact import widest_gap
+from abs_engine.studio.people.lip_contact import widest_gap
 from abs_engine.studio.plan import ClipPlan
 from abs_engine.studio.take import Posed, Shot, Take
 

@@ -32,8 +32,8 @@ from abs_engine.report.articulation.figures import boxplot_figure, nomogram_figu
 from abs_engine.report.articulation.report import Heads, write_report
 from abs_engine.report.articulation.tables import boxes, results, variance_table, variance_text
 from abs_engine.report.drawing.figure import figure_bytes
-from abs_engine.studio.contact import widest_gap
 from abs_engine.studio.corpus import ALL_VISEMES, PAPER_VISEMES, speak_corpus
+from abs_engine.studio.people.lip_contact import widest_gap
 
 SPEAKER = load_speaker()
 FROZEN = 843474347

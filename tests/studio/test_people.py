@@ -10,7 +10,6 @@ import pytest
 from abs_engine.core.errors import ParameterError
 from abs_engine.dataset.codec import CLOSED_BELOW
 from abs_engine.io.assets import Speaker, load_speaker
-from abs_engine.studio.contact import widest_gap
 from abs_engine.studio.people import (
     SKIN_TONES,
     Person,
@@ -23,6 +22,7 @@ from abs_engine.studio.people import (
     skin_tone,
 )
 from abs_engine.studio.people.cast import SPREAD
+from abs_engine.studio.people.lip_contact import widest_gap
 from abs_engine.studio.people.tones import tone_at
 
 LUMA = np.array([0.299, 0.587, 0.114])

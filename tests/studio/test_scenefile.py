@@ -21,9 +21,9 @@ from abs_engine.studio.appearance.look import Light, LightKey
 from abs_engine.studio.appearance.optics import Sensor
 from abs_engine.studio.cameras import check_view, lens, stand
 from abs_engine.studio.cast import Cast, person_of
-from abs_engine.studio.contact import widest_gap
 from abs_engine.studio.finish import clip_entry
 from abs_engine.studio.motion import head_poses, keyed, ramp
+from abs_engine.studio.people.lip_contact import widest_gap
 from abs_engine.studio.resolve import plan_clip
 from abs_engine.studio.scenefile import (
     CameraEntry,

@@ -14,9 +14,9 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.dataset.card import card_text
 from abs_engine.dataset.codec import CLOSED_BELOW
 from abs_engine.io.assets import load_speaker
-from abs_engine.studio.contact import widest_gap
 from abs_engine.studio.people import neutral as shape
 from abs_engine.studio.people import random_person
+from abs_engine.studio.people.lip_contact import widest_gap
 from abs_engine.studio.sequence import deform
 from abs_engine.studio.speech import articulate, parse_phonemes
 from abs_engine.studio.speech.chart import IPA

@@ -235,7 +235,7 @@ def test_every_p_b_and_m_of_the_shipped_speech_is_a_contact():
     from abs_engine.dataset.codec import CLOSED_BELOW
     from abs_engine.io.assets import load_speaker
     from abs_engine.studio.cast import Cast
-    from abs_engine.studio.contact import widest_gap
+    from abs_engine.studio.people.lip_contact import widest_gap
     from abs_engine.studio.resolve import plan_clip
     from abs_engine.studio.scenefile import complete
     from abs_engine.studio.sequence import deform

@@ -13,7 +13,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.dataset.codec import CLOSED_BELOW
 from abs_engine.io.assets import load_speaker
-from abs_engine.studio.contact import widest_gap
+from abs_engine.studio.people.lip_contact import widest_gap
 from abs_engine.studio.sequence import articulate, deform
 from abs_engine.studio.visemes import SENTENCES, VISEMES, parse
 

@@ -13,11 +13,11 @@ from abs_engine.core.geometry import Pose
 from abs_engine.dataset.codec import CLOSED_BELOW
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.appearance.look import Look
-from abs_engine.studio.contact import widest_gap
 from abs_engine.studio.corpus.subtle import subtle
 from abs_engine.studio.filming import plan_of
 from abs_engine.studio.french import Sentence
 from abs_engine.studio.people import Person, dots, paint
+from abs_engine.studio.people.lip_contact import widest_gap
 from abs_engine.studio.plan import ClipPlan
 from abs_engine.studio.sequence import Sequence, deform, expression, portrait, wander
 from abs_engine.studio.speech import Utterance, articulate
@@ -44,7 +44,7 @@ class Filmed:
     points : (T, N, 3) float64, mm, head frame
         Where the named points are.
     gaps : (T,) float64, mm
-        Widest gap between the lips; see `abs_engine.studio.contact.widest_gap`.
+        Widest gap between the lips; see `abs_engine.studio.people.lip_contact.widest_gap`.
     """
 
     name: str

@@ -13,7 +13,7 @@ from abs_engine.face.articulated import FaceShape
 from abs_engine.io.assets import Speaker
 from abs_engine.papers.odisio2004.sentences_filmed import RATE, Filmed
 from abs_engine.papers.odisio2004.sequence import Tracked
-from abs_engine.studio.contact import widest_gap
+from abs_engine.studio.people.lip_contact import widest_gap
 from abs_engine.studio.speech import Segment
 
 _NEAR = 1

@@ -7,7 +7,7 @@ import numpy as np
 from abs_engine.core.errors import ParameterError
 from abs_engine.dataset.codec import CLOSED_BELOW
 from abs_engine.io.assets import Speaker
-from abs_engine.studio.contact import widest_gap
+from abs_engine.studio.people.lip_contact import widest_gap
 from abs_engine.studio.people.person import Person, neutral
 from abs_engine.studio.people.tones import Colour, tone_at
 

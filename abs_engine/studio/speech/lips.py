@@ -70,7 +70,7 @@ class Lips:
     def gaps(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gap between the lips in columns across the mouth, and how the units change it.
 
-        The widest is `abs_engine.studio.contact.widest_gap`.
+        The widest is `abs_engine.studio.people.lip_contact.widest_gap`.
 
         Returns
         -------
