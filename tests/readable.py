@@ -272,7 +272,7 @@ READERS = (
            "tracking.frame_journal:FrameJournal", lambda path: (path, "basis"), unread=("*",)),
     Reader("facts of a run", "run.json", whole.summary, "report.facts:run_facts", _folder,
            unread=("*",)),
-    Reader("checksum of a run", "run.json", whole.summary, "report.same_clip:video_sum", _folder,
+    Reader("checksum of a run", "run.json", whole.summary, "evaluate.same_clip:video_sum", _folder,
            unread=("*",)),
     Reader("settings", "settings.toml", lambda _: b'renderer = "cpu"\npupil-distance = 63.4\n',
            "cli.settings:read_settings", _track),

@@ -17,13 +17,14 @@ from abs_engine.core.provenance import caution, made_by
 from abs_engine.core.words import counted
 from abs_engine.dataset import Truth
 from abs_engine.dataset.sums import digest
+from abs_engine.evaluate.clip_views import shown_view
 from abs_engine.evaluate.estimate import of_run
+from abs_engine.evaluate.same_clip import video_sum
 from abs_engine.evaluate.score import error_map, measure, summary, truth_curves
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.files import check_free, write_new
 from abs_engine.io.video import probe, read_frames
 from abs_engine.report import film
-from abs_engine.report.clip_views import shown_view
 from abs_engine.report.data import Head, ReportData, Said, System, TrueClip
 from abs_engine.report.drawing.colours import clay_colours
 from abs_engine.report.estimate_parts import (
@@ -41,7 +42,6 @@ from abs_engine.report.motion import compress
 from abs_engine.report.page import report_page
 from abs_engine.report.quantities import CURVES, SURENESS, error_rows, error_series, sureness_series
 from abs_engine.report.run_film import filmed
-from abs_engine.report.same_clip import video_sum
 from abs_engine.report.scoring import landmarks_of, notes_of, read_result, same_mesh
 
 MOST_PLAYED = 1000

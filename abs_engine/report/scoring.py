@@ -17,16 +17,16 @@ from abs_engine.core.provenance import made_by
 from abs_engine.dataset import Truth
 from abs_engine.evaluate import score_table
 from abs_engine.evaluate.arkit_csv import is_arkit, read_arkit
+from abs_engine.evaluate.clip_views import found_truth
 from abs_engine.evaluate.estimate import Estimate, check_run, of_run
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
 from abs_engine.evaluate.metrics.failure import LIMIT_NORMALISED
+from abs_engine.evaluate.same_clip import check_clip
 from abs_engine.evaluate.score import ClipScores, Score, error_map, measure, summary
 from abs_engine.evaluate.truth_report import draw
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.csv_table import read_table
 from abs_engine.io.unfinished import NewFolder
-from abs_engine.report.clip_views import found_truth
-from abs_engine.report.same_clip import check_clip
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run_mesh import MESH, load_mesh
 

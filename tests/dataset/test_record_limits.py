@@ -9,8 +9,8 @@ import pytest
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.dataset.codec import DATASET, DATASET_FORMAT, VERSION
 from abs_engine.dataset.dataset import read_record
+from abs_engine.evaluate.same_clip import video_sum
 from abs_engine.report.facts import run_facts
-from abs_engine.report.same_clip import video_sum
 
 
 def _record(name: str, camera: str) -> str:

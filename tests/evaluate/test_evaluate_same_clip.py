@@ -13,7 +13,7 @@ from results import RATE, clip, write_dataset, write_run
 from abs_engine.cli import main
 from abs_engine.core.errors import OtherClipError
 from abs_engine.dataset import load_truth, write_sums
-from abs_engine.report.same_clip import check_clip, video_sum
+from abs_engine.evaluate.same_clip import check_clip, video_sum
 
 
 @pytest.fixture(scope="module")

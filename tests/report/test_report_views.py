@@ -13,7 +13,7 @@ from abs_engine.cli import main
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.dataset import ClipEntry, dataset_record, write_sums
 from abs_engine.dataset.dataset import read_record
-from abs_engine.report.clip_views import shown_view
+from abs_engine.evaluate.clip_views import shown_view
 
 
 @pytest.fixture(scope="module")

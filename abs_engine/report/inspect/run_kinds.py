@@ -12,6 +12,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import checked_frame
 from abs_engine.core.scene import Renderer
 from abs_engine.evaluate.estimate import Estimate, check_run
+from abs_engine.evaluate.same_clip import check_clip
 from abs_engine.evaluate.score import error_map
 from abs_engine.io.assets import load_speaker
 from abs_engine.report.drawing.layout import beside
@@ -34,7 +35,6 @@ from abs_engine.report.inspect.run_video import find_video
 from abs_engine.report.inspect.runs import RunHead, load_run_head, run_pictures
 from abs_engine.report.inspect.sheets import RATE, turn_angles
 from abs_engine.report.inspect.sources import check_pair, open_truth
-from abs_engine.report.same_clip import check_clip
 
 
 def draw_overlay(

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.dataset.sums import digest
+from abs_engine.evaluate.same_clip import video_sum
 from abs_engine.io.video import probe
 from abs_engine.report.inspect.runs import RunHead
-from abs_engine.report.same_clip import video_sum
 from abs_engine.tracking.record import SUMMARY, run_settings
 
 _log = logging.getLogger(__name__)

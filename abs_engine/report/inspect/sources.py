@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset import Truth
+from abs_engine.evaluate.clip_views import found_truth
 from abs_engine.io.assets import Speaker
-from abs_engine.report.clip_views import found_truth
 from abs_engine.report.drawing.view import View
 from abs_engine.report.inspect.body import Body, check_same_mesh
 from abs_engine.report.inspect.labels import LabelFrame, drawn_labels

@@ -10,7 +10,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.dataset import Truth, codec, load_truth
 from abs_engine.dataset.dataset import Dataset, choices, dataset_root, read_record
 from abs_engine.dataset.sums import read_sums
-from abs_engine.report.same_clip import video_sum
+from abs_engine.evaluate.same_clip import video_sum
 
 
 @dataclass(frozen=True, eq=False)
