@@ -275,7 +275,7 @@ READERS = (
     Reader("checksum of a run", "run.json", whole.summary, "evaluate.same_clip:video_sum", _folder,
            unread=("*",)),
     Reader("settings", "settings.toml", lambda _: b'renderer = "cpu"\npupil-distance = 63.4\n',
-           "cli.settings:read_settings", _track),
+           "cli.parts.settings:read_settings", _track),
     Reader("poses, NPZ", "poses.npz", whole.pose_arrays, "tracking.poses_file:read_poses",
            optional=("found",), gaps=("rotation", "translation")),
     Reader("poses, CSV", "poses.csv", whole.pose_table, "tracking.poses_file:read_poses"),

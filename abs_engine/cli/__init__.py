@@ -14,8 +14,8 @@ from typing import TextIO
 
 import click
 
+from abs_engine.cli.parts.progress import log
 from abs_engine.cli.program import NAME, PROGRAM, complaint
-from abs_engine.cli.progress import log
 from abs_engine.core.errors import AbsEngineError
 from abs_engine.core.garbage import collect_seldom
 

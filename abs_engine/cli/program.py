@@ -9,7 +9,7 @@ from pkgutil import iter_modules
 import click
 
 from abs_engine.cli import commands
-from abs_engine.cli.command import WIDTH, Command
+from abs_engine.cli.parts.command import WIDTH, Command
 from abs_engine.core.registry import nearest
 from abs_engine.core.release import engine_version
 

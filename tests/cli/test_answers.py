@@ -17,8 +17,8 @@ from runs import full, write_kind, write_noise
 from abs_engine.cli import COMPLETE, main
 from abs_engine.cli.commands.live import live
 from abs_engine.cli.commands.track import track
+from abs_engine.cli.parts.settings import settings_text
 from abs_engine.cli.program import PROGRAM
-from abs_engine.cli.settings import settings_text
 from abs_engine.core.registry import DRIVERS
 
 

@@ -17,10 +17,11 @@ from runs import write_broken, write_noise, write_speaker
 
 from abs_engine.capture.dot_annotations import read_marks
 from abs_engine.capture.headfiles import read_reference
-from abs_engine.cli import drawing, main
-from abs_engine.cli import progress as progress_module
-from abs_engine.cli.progress import Progress, progress_text
-from abs_engine.cli.summary import summary_lines
+from abs_engine.cli import main
+from abs_engine.cli.parts import drawing
+from abs_engine.cli.parts import progress as progress_module
+from abs_engine.cli.parts.progress import Progress, progress_text
+from abs_engine.cli.parts.summary import summary_lines
 from abs_engine.core.errors import InputFileError
 from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer

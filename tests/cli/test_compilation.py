@@ -9,9 +9,9 @@ import numba
 import pytest
 from numba.core import event
 
-from abs_engine.cli import compilation
-from abs_engine.cli.compilation import NOTICE, compilation_noticed
-from abs_engine.cli.drawing import opened
+from abs_engine.cli.parts import compilation
+from abs_engine.cli.parts.compilation import NOTICE, compilation_noticed
+from abs_engine.cli.parts.drawing import opened
 
 KIND = "numba:compile"
 

@@ -19,7 +19,7 @@ from heads import seen_at
 from runs import write_kind
 
 from abs_engine.cli import main
-from abs_engine.cli.command import Done
+from abs_engine.cli.parts.command import Done
 from abs_engine.clips.cluster import replace_lost
 from abs_engine.clips.job import FAILED, Job, Outcome, run_names
 from abs_engine.clips.many import DEATHS, GIVEN_UP, _outcome, _Watched, track_many

@@ -82,7 +82,7 @@ def test_a_run_gathers_every_stage_of_tracking():
     paths = [p.relative_to(PACKAGE.parent).with_suffix("") for p in PACKAGE.rglob("*.py")]
     homes = [p.as_posix().replace("/", ".") for p in paths if "settings" in p.parts]
     assert {one.__module__ for one in gathered} == set(homes) - {
-        "abs_engine.cli.settings",  # options of a command
+        "abs_engine.cli.parts.settings",  # options of a command
         learning.__name__,
         exporting.__name__,
         stages.__name__,

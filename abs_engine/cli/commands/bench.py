@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from abs_engine.cli import options as take
-from abs_engine.cli.command import Chosen, Done, command
-from abs_engine.cli.progress import Progress
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.command import Chosen, Done, command
+from abs_engine.cli.parts.progress import Progress
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.files import check_free, write_new
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from abs_engine.cli import options as take
-from abs_engine.cli.command import Chosen, Done, command
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.command import Chosen, Done, command
 
 if TYPE_CHECKING:
     from abs_engine.learn.reconstruction import CameraGain

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import click
 
-from abs_engine.cli import options as take
-from abs_engine.cli.command import Chosen, Done, command
-from abs_engine.cli.progress import Progress
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.command import Chosen, Done, command
+from abs_engine.cli.parts.progress import Progress
 from abs_engine.core.errors import InputFileError
 
 CLEAN, FAULTY = 0, 1

@@ -6,11 +6,11 @@ from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
-from abs_engine.cli import options as take
-from abs_engine.cli.command import Chosen, Done, command
-from abs_engine.cli.drawing import opened, print_hints
-from abs_engine.cli.progress import Progress
-from abs_engine.cli.summary import summary_lines
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.command import Chosen, Done, command
+from abs_engine.cli.parts.drawing import opened, print_hints
+from abs_engine.cli.parts.progress import Progress
+from abs_engine.cli.parts.summary import summary_lines
 from abs_engine.io.files import next_free, parent_folder
 from abs_engine.io.unfinished import check_output
 

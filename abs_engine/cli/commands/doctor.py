@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
-from abs_engine.cli.command import Chosen, Done, command
-from abs_engine.cli.progress import Progress
+from abs_engine.cli.parts.command import Chosen, Done, command
+from abs_engine.cli.parts.progress import Progress
 
 
 @command(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 
-from abs_engine.cli import options as take
-from abs_engine.cli.command import Chosen, Done, command
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.command import Chosen, Done, command
 
 _FORMATS = """\
 CSV files, with the column names in the first line:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import asdict
 
-from abs_engine.cli import options as take
-from abs_engine.cli.command import Chosen, Done, command
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.core.registry import EXPORTERS, load_plugin
 
 

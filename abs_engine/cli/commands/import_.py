@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from abs_engine.cli import options as take
-from abs_engine.cli.command import Chosen, Done, command
-from abs_engine.cli.drawing import opened, print_hints
-from abs_engine.cli.progress import Progress
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.command import Chosen, Done, command
+from abs_engine.cli.parts.drawing import opened, print_hints
+from abs_engine.cli.parts.progress import Progress
 from abs_engine.core.words import listed
 from abs_engine.io.files import check_free
 

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from abs_engine.cli import options as take
-from abs_engine.cli.command import Chosen, Done, command
-from abs_engine.cli.drawing import opened
-from abs_engine.cli.given_files import check_files
-from abs_engine.cli.progress import Progress
-from abs_engine.cli.settings import SETTINGS, settings_option, settings_text
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.command import Chosen, Done, command
+from abs_engine.cli.parts.drawing import opened
+from abs_engine.cli.parts.given_files import check_files
+from abs_engine.cli.parts.progress import Progress
+from abs_engine.cli.parts.settings import SETTINGS, settings_option, settings_text
 from abs_engine.core.registry import DRIVERS
 
 if TYPE_CHECKING:

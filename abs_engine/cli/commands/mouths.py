@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from abs_engine.cli import options as take
-from abs_engine.cli.command import Chosen, Done, command
-from abs_engine.cli.progress import Progress
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.command import Chosen, Done, command
+from abs_engine.cli.parts.progress import Progress
 from abs_engine.core.words import counted
 from abs_engine.io.files import check_free
 

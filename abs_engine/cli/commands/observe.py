@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from abs_engine.cli import options as take
-from abs_engine.cli.calibrate import board_options, calibrate
-from abs_engine.cli.command import Chosen, Done, command
-from abs_engine.cli.dots_film import DotsFilm
-from abs_engine.cli.drawing import note
-from abs_engine.cli.progress import Progress
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.calibrate import board_options, calibrate
+from abs_engine.cli.parts.command import Chosen, Done, command
+from abs_engine.cli.parts.dots_film import DotsFilm
+from abs_engine.cli.parts.drawing import note
+from abs_engine.cli.parts.progress import Progress
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.words import counted
 from abs_engine.io.files import check_free, write_new

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from abs_engine.cli import options as take
-from abs_engine.cli.command import Chosen, Done, command
-from abs_engine.cli.drawing import opened
-from abs_engine.cli.progress import Progress
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.command import Chosen, Done, command
+from abs_engine.cli.parts.drawing import opened
+from abs_engine.cli.parts.progress import Progress
 from abs_engine.io.files import check_free
 
 if TYPE_CHECKING:

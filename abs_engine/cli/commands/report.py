@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import shlex
 
-from abs_engine.cli import options as take
-from abs_engine.cli.command import Chosen, Done, command
-from abs_engine.cli.progress import Progress
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.command import Chosen, Done, command
+from abs_engine.cli.parts.progress import Progress
 from abs_engine.io.files import check_free
 
 

@@ -8,10 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from abs_engine.cli import options as take
-from abs_engine.cli.command import Chosen, Done, command
-from abs_engine.cli.drawing import opened
-from abs_engine.cli.progress import Progress, say
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.command import Chosen, Done, command
+from abs_engine.cli.parts.drawing import opened
+from abs_engine.cli.parts.progress import Progress, say
 from abs_engine.core.errors import InputFileError
 from abs_engine.core.provenance import code_digest
 from abs_engine.io.files import next_free, parent_folder

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from abs_engine.cli import options as take
-from abs_engine.cli.command import Chosen, Done, command
-from abs_engine.cli.progress import Progress
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.command import Chosen, Done, command
+from abs_engine.cli.parts.progress import Progress
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.io.unfinished import check_output
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from abs_engine.cli import options as take
-from abs_engine.cli.clips import are_many, track_clips
-from abs_engine.cli.command import Chosen, Done, command
-from abs_engine.cli.drawing import opened, print_hints
-from abs_engine.cli.given_files import check_files
-from abs_engine.cli.progress import Progress, say
-from abs_engine.cli.settings import SETTINGS, settings_option, settings_text
-from abs_engine.cli.summary import summary_lines
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.clips import are_many, track_clips
+from abs_engine.cli.parts.command import Chosen, Done, command
+from abs_engine.cli.parts.drawing import opened, print_hints
+from abs_engine.cli.parts.given_files import check_files
+from abs_engine.cli.parts.progress import Progress, say
+from abs_engine.cli.parts.settings import SETTINGS, settings_option, settings_text
+from abs_engine.cli.parts.summary import summary_lines
 from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, TERMS, load_plugin
 from abs_engine.core.words import counted
 from abs_engine.io.unfinished import check_output

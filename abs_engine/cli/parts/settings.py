@@ -10,8 +10,8 @@ from typing import Any
 import click
 import tomli_w
 
-from abs_engine.cli import options as take
-from abs_engine.cli.command import Command
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.command import Command
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.core.registry import nearest
 from abs_engine.core.release import engine_version

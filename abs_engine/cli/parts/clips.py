@@ -11,10 +11,10 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from abs_engine.cli.command import Chosen, Command, Done
-from abs_engine.cli.drawing import opened, print_hints
-from abs_engine.cli.progress import Progress
-from abs_engine.cli.settings import SETTINGS, settings_text
+from abs_engine.cli.parts.command import Chosen, Command, Done
+from abs_engine.cli.parts.drawing import opened, print_hints
+from abs_engine.cli.parts.progress import Progress
+from abs_engine.cli.parts.settings import SETTINGS, settings_text
 from abs_engine.core.clock import write_timing
 from abs_engine.core.errors import ParameterError
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from abs_engine.cli import options as take
-from abs_engine.cli.command import Chosen, Done
-from abs_engine.cli.progress import Progress, say
+from abs_engine.cli.parts import options as take
+from abs_engine.cli.parts.command import Chosen, Done
+from abs_engine.cli.parts.progress import Progress, say
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.words import counted, listed
 from abs_engine.io.files import check_free, write_new

@@ -14,7 +14,7 @@ from typing import Any
 
 import click
 
-from abs_engine.cli.options import STDOUT, Option
+from abs_engine.cli.parts.options import STDOUT, Option
 from abs_engine.core.errors import SameOutputError
 
 Chosen = SimpleNamespace

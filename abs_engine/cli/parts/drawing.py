@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
-from abs_engine.cli.progress import asked, interject, say
+from abs_engine.cli.parts.progress import asked, interject, say
 
 if TYPE_CHECKING:
     from abs_engine.core.scene import Renderer
@@ -19,7 +19,7 @@ def opened(name: str) -> Iterator[Renderer]:
 
     A long compilation within is announced, too.
     """
-    from abs_engine.cli.compilation import compilation_noticed
+    from abs_engine.cli.parts.compilation import compilation_noticed
     from abs_engine.render.select import opened_renderer
 
     notes = _Notes()

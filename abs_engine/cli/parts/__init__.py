@@ -1,0 +1,1 @@
+"""Parts that commands share or are made of: options, settings files, progress, long steps."""
