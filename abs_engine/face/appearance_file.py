@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -59,6 +59,11 @@ def appearance_arrays(appearance: Appearance | None) -> dict[str, Any]:
     return {**flat, **{name: getattr(appearance, own) for name, own in NUMBERS.items()}, **TWINS}
 
 
+def has_appearance(names: Iterable[str]) -> bool:
+    """Whether some of the arrays of a file are an appearance's."""
+    return not LAYOUT.keys().isdisjoint(names)
+
+
 def appearance_of(data: Mapping[str, Any], parameters: int) -> Appearance | None:
     """The appearance in the arrays of a file; None where there is nothing of it.
 
@@ -76,7 +81,7 @@ def appearance_of(data: Mapping[str, Any], parameters: int) -> Appearance | None
     TypeError, ValueError, ParameterError
         If they do not make an appearance.
     """
-    if not data.keys() & LAYOUT.keys():
+    if not has_appearance(data):
         return None
     tex = TextureModel.from_arrays(_part(data, TEXTURE))
     la = LocalModel.from_arrays(_part(data, LOCAL))

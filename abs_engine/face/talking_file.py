@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -24,7 +24,7 @@ from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 from abs_engine.face.talking import TalkingFace
 from abs_engine.face.talking_checks import conditions, same
 from abs_engine.io.inputs import MOST, name_problem
-from abs_engine.io.npz import read_npz, write_npz
+from abs_engine.io.npz import read_npz, read_some, write_npz
 
 T = TypeVar("T")
 FORMAT, VERSION = "abs_engine.talking_face", 1
@@ -117,6 +117,25 @@ def load_talking(path: Path) -> StoredTalker:
     raise ModelFormatError(f"{path} is not a complete talking face: {problem}", _REMEDY) from why
 
 
+def read_whose(path: Path) -> tuple[str, bool]:
+    """Person of a talking face, and whether it was made with pictures; no more of it is read.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or no NPZ archive.
+    ModelFormatError
+        If it has another format or version.
+    """
+    names, told = read_some(path, FORMAT, VERSION, ("person",))
+    return str(told.get("person", "")), _pictured(names)
+
+
+def _pictured(names: Iterable[str]) -> bool:
+    """Whether a face has arrays of how it looks."""
+    return any(name.startswith(_LOOKS) for name in names)
+
+
 class _Arrays(dict[str, NDArray[np.generic]]):
     """Arrays of a file, or of a part of it; one that is missing is named."""
 
@@ -200,7 +219,7 @@ def _stored(data: _Arrays) -> StoredTalker:
     data.check({"person": "", "speaker": ""})
     person, speaker = (str(data[name]) for name in ("person", "speaker"))
     shape, problem = _shape(data), name_problem("person", person)
-    face = _face(data, shape) if any(n.startswith(_LOOKS) for n in data) else None
+    face = _face(data, shape) if _pictured(data) else None
     neutral = data.take(NEUTRAL, "f") if NEUTRAL in data else None
     met = conditions(shape, face, neutral)
     wrong = [problem] if problem else [what for what, fits in met.items() if not fits]

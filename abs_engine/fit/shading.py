@@ -154,4 +154,4 @@ def with_shading(
     return face.looking(**{NAME: learned})
 
 
-SHADING_KIND = TermKind(NAME, shading_term, ("values", "residuals"))
+SHADING_KIND = TermKind(NAME, shading_term, ("values", "residuals"), beside="colour")

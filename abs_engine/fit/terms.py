@@ -54,12 +54,15 @@ class TermKind:
         What its terms can be asked for.
     learned : bool
         Whether it needs something that was learned of the face's appearance under its name.
+    beside : str
+        Name of the kind that it is compared beside, never alone; empty: it needs none.
     """
 
     name: str
     bind: Bind
     gives: tuple[Need, ...] = ("values",)
     learned: bool = True
+    beside: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +212,7 @@ def _bound(name: str, bind: Bind, face: Face, view: View) -> Term:
 
 
 def check_leaves(
-    name: str, has: Sequence[str], kinds: Mapping[str, TermKind], driver: Driver, chosen: str
+    name: str, has: Sequence[str] | None, kinds: Mapping[str, TermKind], driver: Driver, chosen: str
 ) -> None:
     """Refuse what does not go together, before anything slow is done.
 
@@ -217,8 +220,8 @@ def check_leaves(
     ----------
     name : str
         Of the model.
-    has : sequence of str
-        What is, or will be, learned of its appearance.
+    has : sequence of str or None
+        What is, or will be, learned of its appearance; None if that is not known.
     kinds : mapping of str to TermKind
     driver : Driver
     chosen : str
@@ -228,14 +231,19 @@ def check_leaves(
     ------
     ParameterError
         If the face has nothing for a kind of evidence, or no evidence gives the driver what it
-        needs.
+        needs, or a kind is alone that is compared beside another.
     """
     for kind in kinds.values():
-        if kind.learned and kind.name not in has:
+        if has is not None and kind.learned and kind.name not in has:
             raise ParameterError(
                 f"the model '{name}' has no {kind.name} to compare",
                 f"use --terms {has[0]}; texture and local need a talking face (--model face.npz) "
                 "or one that 'speaker' learned, shading a head",
+            )
+        if kind.beside and kind.beside not in kinds:
+            raise ParameterError(
+                f"{kind.name} is compared beside {kind.beside}",
+                f"use --terms {kind.beside}+{kind.name}",
             )
     lacks = _lacking(kinds, driver.needs)
     if lacks is not None:

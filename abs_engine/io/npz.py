@@ -7,7 +7,7 @@ import lzma
 import tokenize
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
@@ -184,6 +184,29 @@ def read_kind(path: Path, remedy: str = "check that it is whole") -> str:
     except BROKEN as error:
         raise InputFileError(f"{path} is not an NPZ file", remedy) from error
     return format_of(named)
+
+
+def read_some(
+    path: Path, kind: str, version: int, wanted: Collection[str] = ()
+) -> tuple[tuple[str, ...], dict[str, NDArray[np.generic]]]:
+    """Names of all arrays of an `.npz`, and those of them that are wanted.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or no NPZ archive.
+    ModelFormatError
+        If format or version differ.
+    """
+    try:
+        with _archive(path) as archive:
+            names = tuple(archive.files)
+            kept = {"format", "version", *wanted} & set(names)
+            data = {name: np.asarray(archive[name]) for name in kept}
+    except BROKEN as error:
+        raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error
+    check_format(path, data, kind, version)
+    return names, data
 
 
 def _version_of(data: Mapping[str, NDArray[np.generic]]) -> int | str:

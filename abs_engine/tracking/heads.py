@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.core.arrays import Image
-from abs_engine.core.errors import FaceNotFoundError, MeshError, ParameterError
+from abs_engine.core.errors import FaceNotFoundError, MeshError
 from abs_engine.core.foreign import own
 from abs_engine.core.pose import no_correction
 from abs_engine.core.scene import Renderer
@@ -17,7 +17,6 @@ from abs_engine.core.threads import meanwhile
 from abs_engine.face.base import Face
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.fit.shading import NAME as SHADED
-from abs_engine.fit.terms import COLOUR
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.video import read_frames
 from abs_engine.learn.heads.table import EYES_MM
@@ -91,9 +90,7 @@ def prepare_head(
     TermError
         If a plugin's evidence fails on a drawing of the average head, or is not finite there.
     """
-    leaves.check("head", ("colour", SHADED))
-    if SHADED in leaves.kinds and COLOUR.name not in leaves.kinds:
-        raise ParameterError("shading is compared beside colour", "use --terms colour+shading")
+    leaves.check("head")
     speaker = load_speaker(options.speaker) if speaker is None else speaker
     _check_made(speaker)
     if not all(own(kind.bind) for kind in leaves.kinds.values()):

@@ -17,6 +17,7 @@ from abs_engine.tracking.options import (
     TrackOptions,
     model_named,
 )
+from abs_engine.tracking.plugin_model import check_model
 from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.scale import pupil_scale
 from abs_engine.tracking.smoothing import Smoothing
@@ -53,9 +54,19 @@ def check_options(options: TrackOptions, info: VideoInfo) -> None:
 
 
 def check_choices(options: TrackOptions) -> None:
-    """Raise `ParameterError` for what does not go together, whatever the video.
+    """Refuse what does not go together, whatever the video.
 
-    So for what only a start by landmarks can do, beside another start.
+    So what only a start by landmarks can do, beside another start, and evidence that the model has
+    nothing for. Of a model's file, no more is read than that takes.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        If the model's file cannot be read.
+    ParameterError
+        If something does not go together.
+    PluginError
+        If what is chosen cannot be imported.
     """
     pupil_scale(options.pupil_distance)
     if options.smooth is not None:
@@ -68,11 +79,20 @@ def check_choices(options: TrackOptions) -> None:
             raise ParameterError(f"there is no {name} '{value}'", nearest(value, known))
     if options.face is not None and options.face < 1:
         raise ParameterError(f"there is no face {options.face}", "faces are counted from 1")
-    chosen = resolved(options)[0]
-    Leaves.of(chosen)
-    by = "--start blobs" if options.start == BLOBS else f"--preset {options.preset}"
+    chosen, prepare = resolved(options)
+    leaves = Leaves.of(chosen)
     model = model_named(chosen.model or "")
     _check_taken(model, options, chosen.model or "")
+    _check_placed(model, options, chosen)
+    check_model(prepare, chosen, leaves)
+
+
+def _check_placed(model: Model, options: TrackOptions, chosen: TrackOptions) -> None:
+    """Raise `ParameterError` for what does nothing for how the face is found, or says it twice.
+
+    `chosen` are the options with nothing left open.
+    """
+    by = "--start blobs" if options.start == BLOBS else f"--preset {options.preset}"
     placed = {
         "--person": options.person is not None,
         "--model": LANDMARKS not in model.starts,

@@ -158,6 +158,16 @@ class Clip:
         return () if self.shown else found
 
 
+COMPARED = {
+    "head": ("colour", "shading"),
+    "shell": ("colour",),
+    "talking": ("colour", "texture", "local"),
+    "speaker": ("colour", "texture", "local"),
+    "worn": ("opening",),
+}
+"""Evidence that the face of each of the engine's models has, or can have, an appearance for."""
+
+
 @dataclass(frozen=True, eq=False)
 class Leaves:
     """The evidence and the driver that were chosen.
@@ -189,9 +199,12 @@ class Leaves:
         driver: Driver = DRIVERS.get(name)
         return cls(term_kinds(options.terms or ()), driver, name)
 
-    def check(self, model: str, has: tuple[str, ...]) -> None:
-        """Refuse what does not go together; see `fit.terms.check_leaves`."""
-        check_leaves(model, has, self.kinds, self.driver, self.name)
+    def check(self, model: str) -> None:
+        """Refuse what does not go together; see `fit.terms.check_leaves`.
+
+        What a plugin's model has an appearance for is not known before it has made one.
+        """
+        check_leaves(model, COMPARED.get(model), self.kinds, self.driver, self.name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,6 +253,10 @@ class Prepare(Protocol):
         ...
 
 
+Check = Callable[[TrackOptions, Leaves], None]
+"""Refuses what does not go together, before anything is done."""
+
+
 @dataclass(frozen=True)
 class Model:
     """Model that can be tracked: an entry of `core.registry.MODELS`.
@@ -252,11 +269,15 @@ class Model:
         How its head may be found, of `STARTS`.
     without : tuple of str
         Options that do nothing for it.
+    check : callable, optional
+        Raises `ParameterError` for what does not go together with it or its file, before a renderer
+        is opened; by default `Leaves.check` alone is asked.
     """
 
     prepare: Prepare
     starts: tuple[str, ...] = STARTS
     without: tuple[str, ...] = ()
+    check: Check | None = None
 
     def __call__(
         self, clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell

@@ -1,4 +1,4 @@
-"""A clip made ready by a model that may be a plugin's."""
+"""A model that may be a plugin's: it is asked what it refuses, and makes a clip ready."""
 
 from __future__ import annotations
 
@@ -16,6 +16,34 @@ from abs_engine.tracking.options import (
     Tell,
     TrackOptions,
 )
+
+
+def check_model(model: Prepare, options: TrackOptions, leaves: Leaves) -> None:
+    """Refuse what a model cannot track, before anything is done.
+
+    Parameters
+    ----------
+    model : Prepare
+    options : TrackOptions
+        With nothing left open.
+    leaves : Leaves
+
+    Raises
+    ------
+    AbsEngineError
+        If something does not go together, or a plugin's check fails.
+    """
+    if not isinstance(model, Model):  # a preset's own, of which no more is known
+        leaves.check("")
+        return
+    check = model.check
+    if check is None:
+        leaves.check(options.model or "")
+    elif own(check):
+        check(options, leaves)
+    else:
+        with blamed(f"the check of the model '{options.model}'"):
+            check(options, leaves)
 
 
 def made_ready(

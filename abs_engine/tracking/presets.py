@@ -48,6 +48,8 @@ class Preset:
 
 USUAL = Preset("what is used where nothing is chosen", "head", ("colour",), "newton", LANDMARKS)
 CLOSE_UP = Preset("a camera worn before the mouth", "worn", ("opening",), "newton", LANDMARKS)
+LIPS = "shell"
+"""Model whose file is lips of learned physics."""
 HEADS = (USUAL.model, "speaker")
 """Models that colours alone move by their borders."""
 ANY_DRIVER = "simplex"
@@ -78,6 +80,8 @@ def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
         preset = CLOSE_UP
     if file is not None and kind == USUAL.model:
         options = replace(options, speaker=_only_head(file, options.speaker))
+    if file is not None and kind == LIPS and options.physics is not None:
+        raise ParameterError("two files say how the lips move", "leave out --physics, or --model")
     terms = preset.terms if options.terms is None else options.terms
     chosen = replace(
         options,

@@ -62,10 +62,8 @@ def prepare_shell(
     AbsEngineError
         As `heads.prepare_head`; and if the physics cannot be read, or is of another head.
     """
-    leaves.check("shell", ("colour",))
+    leaves.check("shell")
     speaker = load_speaker(options.speaker)
-    if options.model_file is not None and options.physics is not None:
-        raise ParameterError("two files say how the lips move", "leave out --physics, or --model")
     physics = load_physics(_path(options))
     check_speaker(physics, speaker)
     plain = Leaves.of(replace(options, terms=("colour",), driver="simplex"))

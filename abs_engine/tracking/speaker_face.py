@@ -19,14 +19,14 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import LAYOUT as COLOURS
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance_file import LAYOUT as APPEARANCE
-from abs_engine.face.appearance_file import appearance_arrays, appearance_of
+from abs_engine.face.appearance_file import appearance_arrays, appearance_of, has_appearance
 from abs_engine.face.head import build_mouth_model
 from abs_engine.face.learned_appearance import Appearance
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.io.arrays import Layout, real, text, whole
 from abs_engine.io.assets import Speaker
-from abs_engine.io.npz import read_model, write_npz
+from abs_engine.io.npz import read_model, read_some, write_npz
 from abs_engine.learn.posture_space import PostureSpace
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.training import checksum
@@ -257,6 +257,19 @@ def load_speaker_face(path: Path, speaker: Speaker) -> SpeakerFace:
         return _of_arrays(data, speaker)
 
     return read_model(path, FORMAT, VERSION, made, "face of a speaker", _LAYOUT)
+
+
+def has_looks(path: Path) -> bool:
+    """Whether an appearance was learned of the face in a file, of which no more is read.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or no NPZ archive.
+    ModelFormatError
+        If it has another format or version.
+    """
+    return has_appearance(read_some(path, FORMAT, VERSION)[0])
 
 
 def _of_arrays(data: Mapping[str, Any], speaker: Speaker) -> SpeakerFace:

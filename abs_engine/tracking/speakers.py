@@ -31,7 +31,7 @@ from abs_engine.tracking.person_fit import FittedPerson, Sighted
 from abs_engine.tracking.run_warnings import FACE_COLOURS, UNCOVERED, other_head
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION
-from abs_engine.tracking.speaker_face import SpeakerFace, load_speaker_face
+from abs_engine.tracking.speaker_face import SpeakerFace, has_looks, load_speaker_face
 from abs_engine.tracking.speaker_looks import LOOKS, compared, looking
 
 
@@ -49,21 +49,34 @@ def prepare_speaker(
     ParameterError
         If no file is given, or the clip has no colour but the face was learned in colour.
     """
-    path, speaker = options.model_file, load_speaker(options.speaker)
-    if path is None:
-        raise ParameterError("a speaker's face is learned", "give its file: --model me.face")
-    face = load_speaker_face(path, speaker)
-    _check(path, face, leaves, options)
+    check_speaker_face(options, leaves)
+    speaker = load_speaker(options.speaker)
+    face = load_speaker_face(_path(options), speaker)
     tell("finding the face")
     choice, looked = FaceChoice.asked(options.face, options.mouth), PREPARATION.speaker_looked
     found = SpeakerClip(clip, choice, face, speaker, looked=looked)
     return found.tracker(options, leaves, renderer)
 
 
-def _check(path: Path, face: SpeakerFace, leaves: Leaves, options: TrackOptions) -> None:
-    """Raise `ParameterError` if the evidence does not go with the face, or with other choices."""
+def _path(options: TrackOptions) -> Path:
+    if options.model_file is None:
+        raise ParameterError("a speaker's face is learned", "give its file: --model me.face")
+    return options.model_file
+
+
+def check_speaker_face(options: TrackOptions, leaves: Leaves) -> None:
+    """Refuse evidence that does not go with a speaker's face, or with other choices.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        If the face's file cannot be read.
+    ParameterError
+        If no file is given, or it has nothing for the evidence.
+    """
+    path = _path(options)
     asked = [name for name in LOOKS if name in leaves.kinds]
-    if asked and face.appearance is None:
+    if asked and not has_looks(path):
         raise ParameterError(
             f"{path} has no {asked[0]} to compare",
             "use --terms colour, or learn it again: with an earlier release, or of a head without "
@@ -75,7 +88,7 @@ def _check(path: Path, face: SpeakerFace, leaves: Leaves, options: TrackOptions)
             "--colours",
             "leave out --colours, or use --terms colour",
         )
-    leaves.check("speaker", ("colour", *LOOKS))
+    leaves.check("speaker")
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,6 +186,9 @@ def misfit(fitted: FittedPerson, seen: Sequence[Sighted]) -> float:
 
 
 SPEAKER = Model(
-    prepare_speaker, starts=(LANDMARKS,), without=("physics", "person", "poses", "pupil_distance")
+    prepare_speaker,
+    starts=(LANDMARKS,),
+    without=("physics", "person", "poses", "pupil_distance"),
+    check=check_speaker_face,
 )
 """Found from landmarks, as a stranger is; nothing is learned of the clip."""

@@ -14,7 +14,7 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.base import Face
 from abs_engine.face.talking import TalkingFace, as_face, shape_as_face
-from abs_engine.face.talking_file import StoredTalker, load_talking
+from abs_engine.face.talking_file import StoredTalker, load_talking, read_whose
 from abs_engine.fit.head_frame import contact_of
 from abs_engine.fit.terms import LOCAL, TEXTURE
 from abs_engine.io.assets import Speaker, load_speaker
@@ -65,6 +65,37 @@ class Talker:
         return replace(face.looking(colour=colours), own_terms=over_face(self.shape.surface))
 
 
+def _path(options: TrackOptions) -> Path:
+    if options.model_file is None:
+        raise ParameterError("a talking face is a speaker's own", "give its file: --model face.npz")
+    return options.model_file
+
+
+def check_talker(options: TrackOptions, leaves: Leaves) -> None:
+    """Refuse what does not go with a talking face, of whose file little is read.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        If the face's file cannot be read.
+    ParameterError
+        If no file is given, it has nothing for the evidence, or is the face of somebody else.
+    """
+    leaves.check("talking")
+    path = _path(options)
+    person, pictured = read_whose(path)
+    lacking = [name for name in (TEXTURE.name, LOCAL.name) if name in leaves.kinds]
+    if lacking and not pictured:
+        raise ParameterError(
+            f"{path} was made without pictures and has no {lacking[0]} to compare",
+            "use --terms colour, or make it again with 'articulate --face FILE --pictures TABLE'",
+        )
+    if options.person not in (None, person):
+        raise ParameterError(
+            f"{path} is the face of '{person}', not of '{options.person}'", "leave out --person"
+        )
+
+
 def found_talker(
     clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell
 ) -> Talker:
@@ -79,23 +110,12 @@ def found_talker(
     AbsEngineError
         As `heads.prepare_head`.
     """
-    leaves.check("talking", ("colour", "texture", "local"))
-    path = _path(options.model_file)
+    check_talker(options, leaves)
+    path = _path(options)
     stored, speaker = load_talking(path), load_speaker(options.speaker)
-    lacking = [name for name in (TEXTURE.name, LOCAL.name) if name in leaves.kinds]
-    if stored.face is None and lacking:
-        raise ParameterError(
-            f"{path} was made without pictures and has no {lacking[0]} to compare",
-            "use --terms colour, or make it again with 'articulate --face FILE --pictures TABLE'",
-        )
     if stored.speaker and stored.speaker != checksum(speaker):
         raise ModelFormatError(
             f"{path} is of another head", "give its head with --speaker, or make it again"
-        )
-    if options.person not in (None, stored.person):
-        raise ParameterError(
-            f"{path} is the face of '{stored.person}', not of '{options.person}'",
-            "leave out --person",
         )
     plain = Leaves.of(replace(options, terms=("colour",), driver="simplex"))
     known = replace(options, person=stored.person)
@@ -118,12 +138,6 @@ def _own_head(stored: StoredTalker, speaker: Speaker) -> Speaker:
         speaker, vertices=stored.neutral, people={stored.person: nobody},
         own_texture=stored.shape.scene.texture, looks={},
     )  # fmt: skip
-
-
-def _path(path: Path | None) -> Path:
-    if path is None:
-        raise ParameterError("a talking face is a speaker's own", "give its file: --model face.npz")
-    return path
 
 
 def prepare_talker(
@@ -161,5 +175,7 @@ def prepare_talker(
     return replace(base, setting=setting)
 
 
-TALKING = Model(prepare_talker, starts=(BLOBS,), without=("physics", "evidence"))
+TALKING = Model(
+    prepare_talker, starts=(BLOBS,), without=("physics", "evidence"), check=check_talker
+)
 """Found by the texture of its speaker's head."""

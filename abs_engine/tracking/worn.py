@@ -104,7 +104,7 @@ def prepare_worn(
     ParameterError
         If what is chosen does not go together.
     """
-    leaves.check("worn", (NAME,))
+    leaves.check("worn")
     looks = None if options.model_file is None else load_looks(options.model_file)
     speaker = load_speaker(options.speaker)
     images, opening = found_mouth(clip, options, looks, tell)

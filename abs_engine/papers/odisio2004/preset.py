@@ -8,14 +8,35 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.papers.odisio2004.frame_before import FrameBefore
 from abs_engine.papers.odisio2004.sequence import AS_PRINTED, Settings, clip_setting
-from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
+from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Model, Tell, TrackOptions
 from abs_engine.tracking.presets import Preset
 from abs_engine.tracking.settings.frames import FRAME_LOOP
-from abs_engine.tracking.talking_faces import found_talker
+from abs_engine.tracking.talking_faces import check_talker, found_talker
 
 APPEARANCE = {"texture": "tex_lin", "local": "la_lin"}
 SEARCHES = {"simplex": AS_PRINTED, "axes": Settings()}
 """The paper's search and comparison, and those that the sentences are tracked with."""
+
+
+def check(options: TrackOptions, leaves: Leaves) -> None:
+    """Refuse what the preset does not do; errors as `prepare`, before anything is done."""
+    _chosen(leaves)
+    check_talker(options, leaves)
+
+
+def _chosen(leaves: Leaves) -> tuple[str, Settings]:
+    """The appearance model and the search that are asked for; `ParameterError` for others."""
+    name = next(iter(leaves.kinds))
+    if len(leaves.kinds) > 1 or name not in APPEARANCE:
+        raise ParameterError(
+            "the preset compares one appearance model", "use --terms texture or --terms local"
+        )
+    if leaves.name not in SEARCHES:
+        raise ParameterError(
+            f"the preset does not search by '{leaves.name}'",
+            "use --driver simplex or --driver axes",
+        )
+    return APPEARANCE[name], SEARCHES[leaves.name]
 
 
 def prepare(
@@ -30,22 +51,12 @@ def prepare(
     AbsEngineError
         As `tracking.talking_faces.found_talker`.
     """
-    name = next(iter(leaves.kinds))
-    if len(leaves.kinds) > 1 or name not in APPEARANCE:
-        raise ParameterError(
-            "the preset compares one appearance model", "--terms texture or --terms local"
-        )
-    if leaves.name not in SEARCHES:
-        raise ParameterError(
-            f"the preset does not search by '{leaves.name}'", "--driver simplex or --driver axes"
-        )
+    appearance, search = _chosen(leaves)
     talker = found_talker(clip, options, leaves, renderer, tell)
     head = talker.base.setting
-    how = replace(
-        SEARCHES[leaves.name], pose_known=head.pose_held, least=FRAME_LOOP.least_explained
-    )
+    how = replace(search, pose_known=head.pose_held, least=FRAME_LOOP.least_explained)
     setting = clip_setting(
-        talker.learned, APPEARANCE[name], clip.camera, renderer, how, rate=clip.info.rate
+        talker.learned, appearance, clip.camera, renderer, how, rate=clip.info.rate
     )
     setting = replace(
         setting, times=head.times, face=talker.face, visibility=head.visibility,
@@ -63,6 +74,6 @@ PRESET = Preset(
     terms=("local",),
     driver="simplex",
     start=BLOBS,
-    prepare=prepare,
+    prepare=Model(prepare, check=check),
 )
 """Odisio and Bailly, section 4: local appearance, which is off least there, too, or the texture."""

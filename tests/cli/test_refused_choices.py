@@ -1,0 +1,117 @@
+"""Choices of `track` that do not go together: one line, before anything is done."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from runs import write_noise
+from talkers import learned_face
+
+from abs_engine.cli import main
+from abs_engine.cli.commands import track as track_module
+from abs_engine.core.errors import ParameterError, PluginError
+from abs_engine.face.talking_file import save_talking
+from abs_engine.fit.terms import COLOUR, TermKind
+from abs_engine.io.assets import shipped
+from abs_engine.io.naming import CHOICES, RECORD, WHOLE, partial_of
+from abs_engine.io.video import VideoInfo
+from abs_engine.tracking.frame_journal import FRAMES
+from abs_engine.tracking.option_checks import check_options
+from abs_engine.tracking.options import Leaves, Model, TrackOptions
+from abs_engine.tracking.plugin_model import check_model
+
+INFO = VideoInfo(size=(320, 240), rate=25.0, frames=5, times=())
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory) -> Path:
+    return write_noise(tmp_path_factory.mktemp("noise") / "noise.mp4", 3)
+
+
+@pytest.fixture(scope="module")
+def bare(tmp_path_factory) -> Path:
+    """A talking face without pictures."""
+    path = tmp_path_factory.mktemp("face") / "bare.face"
+    save_talking(path, learned_face().shape, "me", "")
+    return path
+
+
+@pytest.fixture
+def refused(video, tmp_path, capsys, monkeypatch):
+    """Line that `track` is refused with, everything left as it was and no renderer opened."""
+    monkeypatch.setattr(track_module, "opened", lambda name: pytest.fail("a renderer is opened"))
+
+    def run(*words: object) -> str:
+        before = {path: path.is_file() and path.read_bytes() for path in tmp_path.rglob("*")}
+        assert main(["track", str(video), "-o", str(tmp_path / "run"), *map(str, words)]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        after = {path: path.is_file() and path.read_bytes() for path in tmp_path.rglob("*")}
+        assert after == before
+        return line
+
+    return run
+
+
+@pytest.fixture
+def interrupted(tmp_path) -> None:
+    """What a command with other options had kept as it was killed."""
+    partial = partial_of(tmp_path / "run")
+    (partial / WHOLE).mkdir(parents=True)
+    (partial / CHOICES).write_text("others")
+    (partial / FRAMES).write_bytes(b"frames")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--terms", "texture"], "the model 'head' has no texture"),
+        (["--model", "shell", "--terms", "shading"], "the model 'shell' has no shading"),
+        (["--terms", "shading", "--driver", "simplex"], "use --terms colour+shading"),
+        (["--driver", "levenberg"], "'levenberg' needs residuals"),
+        (["--worn", "--terms", "colour"], "the model 'worn' has no colour"),
+        (["--model", "talking"], "give its file: --model face.npz"),
+        (["--model", "speaker"], "give its file: --model me.face"),
+        (["--preset", "odisio2004", "--terms", "colour"], "use --terms texture or --terms local"),
+        (["--preset", "odisio2004", "--driver", "sbplx"], "use --driver simplex or --driver axes"),
+        (["--model", "FILE", "--terms", "texture"], "made without pictures and has no texture"),
+        (["--preset", "odisio2004", "--model", "FILE"], "made without pictures and has no local"),
+        (["--model", "FILE", "--person", "clara"], "is the face of 'me', not of 'clara'"),
+        (["--model", "LIPS", "--physics", "LIPS"], "two files say how the lips move"),
+    ],
+)
+def test_a_refused_combination_leaves_an_interrupted_run(words, said, refused, interrupted, bare):
+    files = {"FILE": bare, "LIPS": shipped("lips/lips.npz")}
+    assert said in refused(*(files.get(word, word) for word in words))
+
+
+def test_a_run_that_is_there_does_not_hide_what_is_refused(refused, tmp_path):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / RECORD).write_text("others")
+    assert "the model 'head' has no texture" in refused("--terms", "texture")
+
+
+def test_a_plugins_model_may_refuse_before_anything_is_done():
+    def refuse(options, leaves):
+        raise ParameterError(f"no {options.model}", "use --model head")
+
+    leaves = Leaves({"colour": COLOUR}, Leaves.of(TrackOptions(terms="colour")).driver, "simplex")
+    chosen = TrackOptions(model="mine")
+    with pytest.raises(ParameterError, match="no mine; use --model head"):
+        check_model(Model(print, check=refuse), chosen, leaves)
+    with pytest.raises(PluginError, match=r"check of the model 'mine' fails \(ZeroDivisionError"):
+        check_model(Model(print, check=lambda options, leaves: 1 / 0), chosen, leaves)
+
+
+def test_what_a_plugins_model_compares_is_its_own_affair_but_not_what_its_driver_needs():
+    own = {"own": TermKind("own", print)}
+    simplex = Leaves.of(TrackOptions(terms="colour"))
+    check_model(Model(print), TrackOptions(model="mine"), Leaves(own, simplex.driver, "simplex"))
+    newton = Leaves.of(TrackOptions(terms="colour", driver="newton"))
+    with pytest.raises(ParameterError, match="'newton' needs borders"):
+        check_model(Model(print), TrackOptions(model="mine"), Leaves(own, newton.driver, "newton"))
+
+
+def test_from_python_it_is_refused_alike():
+    with pytest.raises(ParameterError, match="the model 'head' has no local"):
+        check_options(TrackOptions(terms="local"), INFO)
