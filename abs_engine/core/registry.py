@@ -100,6 +100,17 @@ class Registry:
             raise ParameterError(f"there is no {self.kind} '{name}'", nearest(name, self))
         return self._checked(name, _loaded(self.kind, self._installed[name]))
 
+    def working(self) -> tuple[dict[str, Any], dict[str, AbsEngineError]]:
+        """Entries that can be imported, and errors of those that cannot, each by its name."""
+        entries: dict[str, Any] = {}
+        faults: dict[str, AbsEngineError] = {}
+        for name in self:
+            try:
+                entries[name] = self.get(name)
+            except AbsEngineError as fault:
+                faults[name] = fault
+        return entries, faults
+
     def _checked(self, name: str, entry: Any) -> Any:
         lacks = [attribute for attribute in self._has if not hasattr(entry, attribute)]
         if lacks:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +15,8 @@ from abs_engine.dataset import Truth
 from abs_engine.dataset.codec import CLOSED_BELOW
 from abs_engine.evaluate.estimate import Estimate
 from abs_engine.io.assets import CLOSED_APERTURE
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -238,7 +241,7 @@ BY_KEY = {metric.key: metric for metric in BUILT_IN}
 
 
 def added() -> tuple[Metric, ...]:
-    """Metrics of installed packages and plugins.
+    """Metrics of installed packages and plugins, those left out that cannot be imported.
 
     Raises
     ------
@@ -246,8 +249,8 @@ def added() -> tuple[Metric, ...]:
         If one has a key of the engine's own, whose scores it would replace, or a key other than the
         name that it was added under; names are unique.
     """
-    metrics: tuple[Metric, ...] = tuple(map(METRICS.get, METRICS))
-    for name, metric in zip(METRICS, metrics, strict=True):
+    metrics: dict[str, Metric] = METRICS.working()[0]
+    for name, metric in metrics.items():
         if metric.key in BY_KEY:
             raise PluginError(
                 f"the engine already has a metric '{metric.key}'", "give yours another key"
@@ -256,7 +259,13 @@ def added() -> tuple[Metric, ...]:
             raise PluginError(
                 f"the metric '{name}' has the key '{metric.key}'", "add it under its key"
             )
-    return metrics
+    return tuple(metrics.values())
+
+
+def warn_of_faults() -> None:
+    """Log a warning for each metric that cannot be imported, and is left out."""
+    for fault in METRICS.working()[1].values():
+        _log.warning("warning: %s", fault)
 
 
 def catalogue() -> tuple[Metric, ...]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.kinds import WHOLE, check_kind, is_of, to_path
 from abs_engine.dataset import Truth, load_truth
+from abs_engine.evaluate.catalogue import warn_of_faults
 from abs_engine.evaluate.closing import narrow
 from abs_engine.evaluate.estimate import check_run, of_run
 from abs_engine.evaluate.metrics import PointError, lip_rms_mm, without_constant_offset
@@ -71,6 +72,7 @@ def score(
     truth = truth if isinstance(truth, Truth) else load_truth(to_path("truth", truth))
     check_run(arrays, len(truth), len(truth.neutral))
     marks = truth.landmarks.get("landmark_68")
+    warn_of_faults()
     return summary([measure(of_run("the run", arrays, None, {}), truth, marks)], seed=seed)
 
 

@@ -17,6 +17,7 @@ from abs_engine.core.provenance import caution, made_by
 from abs_engine.core.words import counted
 from abs_engine.dataset import Truth
 from abs_engine.dataset.sums import digest
+from abs_engine.evaluate.catalogue import warn_of_faults
 from abs_engine.evaluate.clip_views import shown_view
 from abs_engine.evaluate.estimate import of_run
 from abs_engine.evaluate.same_clip import video_sum
@@ -143,6 +144,7 @@ def _with_truth(
         check_video(options.video, truth.camera.size, len(truth), wanted)
     played = min(len(truth), MOST_PLAYED)
     loops = lip_loops(truth, speaker)
+    warn_of_faults()
     scored = [
         _scored(name, path, truth, speaker, loops, options.seed)
         for name, path in zip(_names(paths), paths, strict=True)

@@ -17,6 +17,7 @@ from abs_engine.core.provenance import made_by
 from abs_engine.dataset import Truth
 from abs_engine.evaluate import score_table
 from abs_engine.evaluate.arkit_csv import is_arkit, read_arkit
+from abs_engine.evaluate.catalogue import warn_of_faults
 from abs_engine.evaluate.clip_views import found_truth
 from abs_engine.evaluate.estimate import Estimate, check_run, of_run
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
@@ -102,6 +103,7 @@ def evaluate(
         )
     for path in map(Path, results):
         _check_result(path)
+    warn_of_faults()
     with NewFolder(folder) as made:
         scored = _scored(results, truths, view, seed, made.work)
         systems = {one.name: one.scores for one in scored}

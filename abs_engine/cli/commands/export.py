@@ -11,9 +11,10 @@ from abs_engine.core.registry import EXPORTERS, load_plugin
 
 
 def _notes() -> str:
-    rows = [(name, EXPORTERS.get(name)) for name in EXPORTERS]
-    lines = (f"  {name:12}{one.text}{one.suffix and f' ({one.suffix})'}\n" for name, one in rows)
-    return "Formats:\n" + "".join(lines)
+    entries, _ = EXPORTERS.working()
+    texts = {name: f"{e.text}{e.suffix and f' ({e.suffix})'}" for name, e in entries.items()}
+    rows = (f"  {name:12}{texts.get(name, 'cannot be imported')}\n" for name in EXPORTERS)
+    return "Formats:\n" + "".join(rows)
 
 
 @command(
