@@ -46,6 +46,7 @@ class Registry:
     def __init__(self, kind: str, has: tuple[str, ...] = ()) -> None:
         self.kind, self._has = kind, has
         self._added: dict[str, Any] = {}
+        self._count = 0  # of entries that were added, also in place of others
 
     @property
     def group(self) -> str:
@@ -66,6 +67,7 @@ class Registry:
         if name in self._installed:
             raise PluginError(f"there is a {self.kind} '{name}' already", "give another name")
         self._added[name] = self._checked(name, entry)
+        self._count += 1
 
     def names(self) -> tuple[str, ...]:
         """All names, those of installed packages first, then those that were added."""
@@ -127,6 +129,8 @@ class Registry:
 
 PLUGINS: list[Path] = []
 """Files that were run, in their order."""
+_OF_USE: set[Path] = set()
+"""Files that have added an entry; a module of theirs that does it is imported only once."""
 
 
 def load_plugin(path: Path) -> None:
@@ -137,15 +141,28 @@ def load_plugin(path: Path) -> None:
     InputFileError
         If there is no such file.
     PluginError
-        If it fails, or ends the program.
+        If it fails, ends the program, or adds nothing.
     """
     if path.is_dir():
         raise InputFileError(f"{path} is a folder", "give the Python file in it")
     if not path.is_file():
         raise InputFileError(f"{path} does not exist", "give a Python file")
+    before = _added()
     with blamed(str(path), remedy="correct it"):
         run_path(str(path), run_name=f"abs_engine_plugin_{path.stem}")
+    if _added() > before:
+        _OF_USE.add(path.resolve())
+    if path.resolve() not in _OF_USE:
+        raise PluginError(
+            f"{path} adds nothing to the engine",
+            f"add an entry, as by DRIVERS.add(NAME, ENTRY), or leave out --plugin {path}",
+        )
     PLUGINS.append(path)
+
+
+def _added() -> int:
+    """Number of entries that were added so far to all registries."""
+    return sum(registry._count for registry in REGISTRIES)
 
 
 def load_plugins(paths: Iterable[Path]) -> None:
@@ -180,3 +197,5 @@ EXPORTERS = Registry("exporter", ("text", "write", "suffix"))
 """Formats that runs are written in."""
 METRICS = Registry("metric", ("key", "label", "unit", "definition", "measure", "root"))
 """Numbers that scores have besides the engine's own."""
+REGISTRIES = (MODELS, TERMS, DRIVERS, RENDERERS, PRESETS, EXPORTERS, METRICS)
+"""All of these, each of which a plugin's file may add to."""

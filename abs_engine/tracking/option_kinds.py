@@ -9,9 +9,27 @@ from typing import Any
 import numpy as np
 
 from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import PATH, TEXT, WHOLE, Kind, check_kind, is_of
 
 PATHS = "speaker", "colours", "physics", "poses"
+
+
+def term_names(given: str | Sequence[str]) -> tuple[str, ...]:
+    """Names of evidence, given as a sequence or joined by +; none where all of them are empty.
+
+    Raises
+    ------
+    ParameterError
+        If one of several is empty.
+    """
+    names = [name.strip() for name in (given.split("+") if isinstance(given, str) else given)]
+    if any(names) and not all(names):
+        raise ParameterError(
+            f"a name in the terms '{'+'.join(names)}' is empty",
+            "write one + between two names, and none at either end",
+        )
+    return tuple(filter(None, names))
 
 
 def _holds(values: Any, kind: type) -> bool:
@@ -35,7 +53,13 @@ _KINDS: dict[str, Kind] = {
 
 
 def check_kinds(options: Mapping[str, Any]) -> None:
-    """Raise `ParameterError` for options of another kind than they take; None is their default."""
+    """Raise `ParameterError` for options of another kind than they take; None is their default.
+
+    So for a name or a path that is empty; of terms see `term_names`.
+    """
     for name, kind in _KINDS.items():
-        if options[name] is not None:
-            check_kind(name, options[name], kind)
+        value = options[name]
+        if value is not None:
+            check_kind(name, value, kind)
+        if isinstance(value, str) and name != "terms" and not value.strip():
+            raise ParameterError(f"{name} is empty", "give a name, or leave it out")

@@ -21,7 +21,7 @@ from abs_engine.tracking.frame_state import Memory
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.mouth_landmarks import BOTH
-from abs_engine.tracking.option_kinds import PATHS, check_kinds
+from abs_engine.tracking.option_kinds import PATHS, check_kinds, term_names
 from abs_engine.tracking.scale import Scale
 
 LANDMARKS, BLOBS = STARTS = "landmarks", "blobs"
@@ -102,7 +102,7 @@ class TrackOptions:
         Raises
         ------
         ParameterError
-            If an option is of another kind.
+            If an option is of another kind, or a name is empty.
         """
         check_kinds(vars(self))
         for one in fields(self):
@@ -111,10 +111,7 @@ class TrackOptions:
         for name in PATHS:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, Path(getattr(self, name)))
-        given: Any = self.terms
-        if isinstance(given, str):
-            given = tuple(part.strip() for part in given.split("+") if part.strip())
-        object.__setattr__(self, "terms", None if given is None else tuple(given))
+        object.__setattr__(self, "terms", None if self.terms is None else term_names(self.terms))
         object.__setattr__(self, "model", None if self.model is None else str(self.model))
 
     @property

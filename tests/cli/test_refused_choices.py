@@ -11,6 +11,7 @@ from talkers import learned_face
 from abs_engine.cli import main
 from abs_engine.cli.commands import track as track_module
 from abs_engine.core.errors import ParameterError, PluginError
+from abs_engine.core.registry import PLUGINS, RENDERERS, load_plugin
 from abs_engine.face.talking_file import save_talking
 from abs_engine.fit.terms import COLOUR, TermKind
 from abs_engine.io.assets import shipped
@@ -115,3 +116,52 @@ def test_what_a_plugins_model_compares_is_its_own_affair_but_not_what_its_driver
 def test_from_python_it_is_refused_alike():
     with pytest.raises(ParameterError, match="the model 'head' has no local"):
         check_options(TrackOptions(terms="local"), INFO)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--driver", ""], "driver is empty; give a name"),
+        (["--model", ""], "model is empty; give a name"),
+        (["--preset", " "], "preset is empty; give a name"),
+        (["--terms", "colour+"], "a name in the terms 'colour+' is empty"),
+        (["--terms", "colour++texture"], "a name in the terms 'colour++texture' is empty"),
+    ],
+)
+def test_an_empty_name_is_no_default(words, said, refused):
+    assert said in refused(*words)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{"driver": ""}, {"model": ""}, {"person": ""}, {"start": " "}, {"terms": ("colour", "")}],
+)
+def test_an_empty_name_is_refused_from_python(given):
+    with pytest.raises(ParameterError, match="is empty; "):
+        TrackOptions(**given)
+
+
+def test_a_plugin_that_adds_nothing_is_refused(refused, tmp_path):
+    own = tmp_path / "own.py"
+    own.write_text("x = 1\n")
+    assert f"{own} adds nothing to the engine; add an entry" in refused("--plugin", own)
+    assert own not in PLUGINS
+
+
+def test_a_plugin_whose_module_adds_its_entries_may_be_run_again(tmp_path, monkeypatch):
+    """As by a worker, clip by clip: the module is imported once."""
+    (tmp_path / "adds_a_toy.py").write_text(
+        "from abs_engine import RENDERERS\nRENDERERS.add('toy-once', dict)\n"
+    )
+    own, other = tmp_path / "own.py", tmp_path / "other.py"
+    own.write_text("import adds_a_toy\n")
+    other.write_text("x = 1\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("abs_engine.core.registry.PLUGINS", [])
+    try:
+        load_plugin(own)
+        load_plugin(own)
+    finally:
+        RENDERERS._added.pop("toy-once")
+    with pytest.raises(PluginError, match=r"other\.py adds nothing"):
+        load_plugin(other)
