@@ -185,7 +185,7 @@ def _loaded(kind: str, point: metadata.EntryPoint) -> Any:
 
 MODELS = Registry("model", ("__call__",))
 """What can be tracked: each prepares a clip for one kind of face."""
-TERMS = Registry("term", ("bind", "gives", "learned"))
+TERMS = Registry("term", ("bind", "gives", "learned", "beside", "what", "remedy"))
 """Kinds of evidence: each binds a term to a face and a view."""
 DRIVERS = Registry("driver", ("minimiser", "needs", "settings"))
 """What moves the parameters."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 _MOST = 60  # names in a line: every face unit of a head, but not all 700 targets of a film's
 
@@ -10,6 +10,11 @@ _MOST = 60  # names in a line: every face unit of a head, but not all 700 target
 def counted(count: int, what: str) -> str:
     """A count and its noun, given in the singular: "1 frame", "2 frames"."""
     return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
+def joined(names: Sequence[str], last: str) -> str:
+    """Names in a sentence, a word before the last: "a, b or c"."""
+    return f" {last} ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
 
 
 def listed(names: Collection[str]) -> str:

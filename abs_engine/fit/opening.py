@@ -68,7 +68,13 @@ def opening_term(face: Face, view: View) -> Term:
     )
 
 
-OPENING = TermKind(NAME, opening_term, ("values", "borders"))
+OPENING = TermKind(
+    NAME,
+    opening_term,
+    ("values", "borders"),
+    noun="close-up of a mouth",
+    remedy="use --worn if the video is one",
+)
 
 
 def sided(model: MouthModel) -> tuple[MouthModel, tuple[str | None, ...]]:

@@ -154,4 +154,6 @@ def with_shading(
     return face.looking(**{NAME: learned})
 
 
-SHADING_KIND = TermKind(NAME, shading_term, ("values", "residuals"), beside="colour")
+SHADING_KIND = TermKind(
+    NAME, shading_term, ("values", "residuals"), beside="colour", remedy="use --model head"
+)

@@ -56,6 +56,10 @@ class TermKind:
         Whether it needs something that was learned of the face's appearance under its name.
     beside : str
         Name of the kind that it is compared beside, never alone; empty: it needs none.
+    noun : str
+        What a face has of it, as messages say; by default its name.
+    remedy : str
+        What to do where the face of a model has none; empty: no model that has is advised.
     """
 
     name: str
@@ -63,6 +67,13 @@ class TermKind:
     gives: tuple[Need, ...] = ("values",)
     learned: bool = True
     beside: str = ""
+    noun: str = ""
+    remedy: str = ""
+
+    @property
+    def what(self) -> str:
+        """Its noun, or its name."""
+        return self.noun or self.name
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,8 +161,11 @@ def pixels_per_mm(pivot: FloatArray, view: View) -> float:
 
 
 COLOUR = TermKind("colour", colour_term, ("values", "forces", "borders"))
-TEXTURE = TermKind("texture", texture_term, ("values", "residuals"))
-LOCAL = TermKind("local", local_term, ("values", "residuals"))
+_LEARNED = "use --model with a talking face (face.npz) or one that 'speaker' learned (me.face)"
+TEXTURE = TermKind("texture", texture_term, ("values", "residuals"), remedy=_LEARNED)
+LOCAL = TermKind(
+    "local", local_term, ("values", "residuals"), noun="local appearance", remedy=_LEARNED
+)
 
 
 def term_kinds(names: Sequence[str]) -> dict[str, TermKind]:
@@ -188,6 +202,20 @@ def _lacking(kinds: Mapping[str, TermKind], need: Need) -> str | None:
     else:
         fine = [any(has)] * len(has)
     return next((name for name, one in zip(kinds, fine, strict=True) if not one), None)
+
+
+def served(need: Need, kinds: Mapping[str, TermKind]) -> tuple[list[str], list[str]]:
+    """Names of the evidence that gives what a driver needs, and of that which it cannot take."""
+    gives = [name for name in kinds if need in kinds[name].gives and _goes((name,), need, kinds)]
+    takes = [name for name in kinds if any(_goes((one, name), need, kinds) for one in gives)]
+    return gives, [name for name in kinds if name not in takes]
+
+
+def _goes(names: Sequence[str], need: Need, kinds: Mapping[str, TermKind]) -> bool:
+    """Whether some evidence, and what that is compared beside, gives what a driver needs."""
+    beside = [kinds[name].beside for name in names]
+    chosen = {name: kinds[name] for name in (*names, *beside) if name in kinds}
+    return _lacking(chosen, need) is None
 
 
 def bound(kinds: Mapping[str, TermKind], face: Face, view: View) -> dict[str, Term]:
@@ -236,9 +264,8 @@ def check_leaves(
     for kind in kinds.values():
         if has is not None and kind.learned and kind.name not in has:
             raise ParameterError(
-                f"the model '{name}' has no {kind.name} to compare",
-                f"use --terms {has[0]}; texture and local need a talking face (--model face.npz) "
-                "or one that 'speaker' learned, shading a head",
+                f"the model '{name}' has no {kind.what} to compare",
+                f"{kind.remedy}, else --terms {has[0]}" if kind.remedy else f"use --terms {has[0]}",
             )
         if kind.beside and kind.beside not in kinds:
             raise ParameterError(

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.geometry import check_mesh
 from abs_engine.core.kinds import to_path
+from abs_engine.core.registry import nearest
 from abs_engine.core.threads import kept
 from abs_engine.io.arrays import Layout, check_arrays, index, real, text
 from abs_engine.io.head_points import POINTS, load_points
@@ -122,9 +123,7 @@ class Speaker:
             If there is no such person.
         """
         if person not in self.people:
-            raise ParameterError(
-                f"there is no person '{person}'", f"choose one of {', '.join(self.people)}"
-            )
+            raise ParameterError(f"there is no person '{person}'", nearest(person, self.people))
         return self.person(self.people[person])
 
     def scaled(self, factor: float) -> Speaker:

@@ -146,7 +146,8 @@ def model_of_file(path: Path) -> str:
     ModelFormatError
         If it is of no model.
     """
-    wanted = "give a face that 'speaker' learned, or another of the files in docs/parts.md"
+    writers = "'import', 'train', 'articulate' or 'mouths'"
+    wanted = f"give a face that 'speaker' learned, or a file that {writers} wrote"
     found = read_kind(path, f"if it is a model, check that it is whole; else {wanted}")
     if found not in MODEL_OF_FORMAT:
         raise ModelFormatError(f"{path} holds no model but {found}", wanted)

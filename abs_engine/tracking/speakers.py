@@ -75,7 +75,7 @@ def check_speaker_face(options: TrackOptions, leaves: Leaves) -> None:
         If no file is given, or it has nothing for the evidence.
     """
     path = _path(options)
-    asked = [name for name in LOOKS if name in leaves.kinds]
+    asked = [leaves.kinds[name].what for name in LOOKS if name in leaves.kinds]
     if asked and not has_looks(path):
         raise ParameterError(
             f"{path} has no {asked[0]} to compare",

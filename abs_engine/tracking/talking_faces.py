@@ -84,10 +84,10 @@ def check_talker(options: TrackOptions, leaves: Leaves) -> None:
     leaves.check("talking")
     path = _path(options)
     person, pictured = read_whose(path)
-    lacking = [name for name in (TEXTURE.name, LOCAL.name) if name in leaves.kinds]
+    lacking = [kind for kind in (TEXTURE, LOCAL) if kind.name in leaves.kinds]
     if lacking and not pictured:
         raise ParameterError(
-            f"{path} was made without pictures and has no {lacking[0]} to compare",
+            f"{path} was made without pictures and has no {lacking[0].what} to compare",
             "use --terms colour, or make it again with 'articulate --face FILE --pictures TABLE'",
         )
     if options.person not in (None, person):

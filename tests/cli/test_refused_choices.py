@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -11,12 +12,13 @@ from talkers import learned_face
 from abs_engine.cli import main
 from abs_engine.cli.commands import track as track_module
 from abs_engine.core.errors import ParameterError, PluginError
-from abs_engine.core.registry import PLUGINS, RENDERERS, load_plugin
+from abs_engine.core.registry import DRIVERS, PLUGINS, RENDERERS, load_plugin
 from abs_engine.face.talking_file import save_talking
 from abs_engine.fit.terms import COLOUR, TermKind
 from abs_engine.io.assets import shipped
 from abs_engine.io.naming import CHOICES, RECORD, WHOLE, partial_of
 from abs_engine.io.video import VideoInfo
+from abs_engine.optimise.drivers import Driver
 from abs_engine.tracking.frame_journal import FRAMES
 from abs_engine.tracking.option_checks import check_options
 from abs_engine.tracking.options import Leaves, Model, TrackOptions
@@ -71,6 +73,12 @@ def interrupted(tmp_path) -> None:
         (["--terms", "shading", "--driver", "simplex"], "use --terms colour+shading"),
         (["--driver", "levenberg"], "'levenberg' needs residuals"),
         (["--worn", "--terms", "colour"], "the model 'worn' has no colour"),
+        (["--terms", "local"], "has no local appearance to compare; use --model with a talking"),
+        (["--terms", "opening"], "no close-up of a mouth to compare; use --worn if the video is"),
+        (["--person", "amra"], "there is no person 'amra'; did you mean 'amara'?"),
+        (["--pupil-distance", "abc"], "'--pupil-distance': 'abc' is not a number"),
+        (["--mouth", "1", "2", "3", "x"], "'--mouth': 'x' is not a number"),
+        (["--face", "one"], "'--face': 'one' is not a whole number"),
         (["--model", "talking"], "give its file: --model face.npz"),
         (["--model", "speaker"], "give its file: --model me.face"),
         (["--preset", "odisio2004", "--terms", "colour"], "use --terms texture or --terms local"),
@@ -165,3 +173,37 @@ def test_a_plugin_whose_module_adds_its_entries_may_be_run_again(tmp_path, monke
         RENDERERS._added.pop("toy-once")
     with pytest.raises(PluginError, match=r"other\.py adds nothing"):
         load_plugin(other)
+
+
+def test_a_file_that_is_no_model_is_answered_with_the_commands_that_write_one(refused):
+    line = refused("--model", shipped("speaker/landmarks.npz"))
+    assert "or a file that 'import', 'train', 'articulate' or 'mouths' wrote" in line
+
+
+def test_the_help_says_what_drivers_need(capsys):
+    assert main(["track", "--help"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    for line in (
+        "fixed-step and forces need colour",
+        "newton and newton-quick need colour or opening",
+        "axes and levenberg need local or texture, and take no colour, opening or shading",
+    ):
+        assert line in lines
+
+
+def test_the_help_knows_the_needs_of_a_plugins_driver(capsys, monkeypatch):
+    monkeypatch.setitem(DRIVERS._added, "mine", Driver(print, "borders"))
+    assert main(["track", "--help"]) == 0
+    assert "newton, newton-quick and mine need colour or opening" in capsys.readouterr().out
+
+
+def test_what_the_page_says_of_drivers_is_what_they_need():
+    """Each that needs something is named in the row of `--driver` before that, the others not."""
+    page = Path(__file__).parents[2] / "docs" / "parts.md"
+    (row,) = [line for line in page.read_text("utf-8").splitlines() if line.startswith("| `--dr")]
+    needy = {"newton", "newton-quick", "forces", "fixed-step", "axes", "levenberg"}
+    assert {n for n in DRIVERS if DRIVERS.get(n).needs != "values"} == needy
+    assert "`axes` and `levenberg` (need texture or local" in row
+    assert not re.search(r"`gradient`[^(]*\([^)]*need", row)
+    for name in DRIVERS:
+        assert f"`{name}`" in row

@@ -58,7 +58,7 @@ def _address(text: str) -> str:
     take.option("--driver", metavar="NAME", type=take.Named(DRIVERS), default="newton-quick",
         text="what moves the parameters, as for 'track' (default: newton-quick)"),
     take.file("--camera", "camera.json of the camera's calibration"),
-    take.option("--pupil-distance", type=float, metavar="MM",
+    take.option("--pupil-distance", type=take.number, metavar="MM",
         text="distance between the person's pupils; sets the scale (default: 63.4, adults' mean)"),
     take.option("--port", type=click.IntRange(0, 65535), metavar="N",
         text="port of the page on 127.0.0.1; 0: any free one (default: 8090, if it is free)"),

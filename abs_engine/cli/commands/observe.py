@@ -63,7 +63,7 @@ def _rename(text: str) -> tuple[str, str]:
             type=take.PATH),
         take.file("--overlay", "write the video with the dots drawn on it, an MP4",
             type=take.PATH),
-        take.option("--largest-error", type=float, default=1.5, metavar="PX",
+        take.option("--largest-error", type=take.number, default=1.5, metavar="PX",
             text="largest reprojection error of a point (default: 1.5)"),
     ),
     *take.group(

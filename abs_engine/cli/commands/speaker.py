@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     take.option("--rounds", type=take.count, default=2, metavar="N",
         text="how many times to learn it, each time from what the face before found; the face that "
         "best explains the frames left out is kept (default: 2)"),
-    take.option("--pupil-distance", type=float, metavar="MM",
+    take.option("--pupil-distance", type=take.number, metavar="MM",
         text="distance between the person's pupils; sets the scale (default: 63.4, adults' mean)"),
     take.file("--speaker", "head.npz of another head"),
     take.file("--camera", "camera.json of the camera's calibration"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -14,10 +15,11 @@ from abs_engine.cli.parts.progress import Progress, say
 from abs_engine.cli.parts.settings import SETTINGS, settings_option, settings_text
 from abs_engine.cli.parts.summary import summary_lines
 from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, TERMS, load_plugin
-from abs_engine.core.words import counted
+from abs_engine.core.words import counted, joined
 from abs_engine.io.unfinished import check_output
 
 if TYPE_CHECKING:
+    from abs_engine.optimise.drivers import Need
     from abs_engine.tracking.options import TrackOptions
 
 _POSES = """\
@@ -31,17 +33,30 @@ x_cam = R x_head + t, from the head (x to the subject's left, y up, z out of the
 taken as they are with --person; those of an unknown person are aligned with the fitted head.
 Frames without a pose are not tracked.
 """
-_NEEDS = """\
-The drivers forces, fixed-step and newton need colour; axes and levenberg need texture or local,
-and take no colour.
-"""
 
 
 def _notes() -> str:
     """Formats of files, and what can be chosen by name."""
     kinds = ("presets", PRESETS), ("models", MODELS), ("terms", TERMS), ("drivers", DRIVERS)
     names = [f"{title + ':':<10}{', '.join(registry)}\n" for title, registry in kinds]
-    return f"{_POSES}\n{''.join(names)}{_NEEDS}"
+    return f"{_POSES}\n{''.join(names)}{''.join(_needs())}"
+
+
+def _needs() -> Iterator[str]:
+    """Lines about the evidence that drivers need, of those that can be imported."""
+    from abs_engine.fit.terms import served
+
+    (drivers, _), (kinds, _) = DRIVERS.working(), TERMS.working()
+    by_need: dict[Need, list[str]] = {}
+    for name, driver in drivers.items():
+        by_need.setdefault(driver.needs, []).append(name)
+    for need, names in by_need.items():
+        gives, refused = served(need, kinds)
+        if need == "values" or not gives:
+            continue
+        verb, taken = ("needs", "takes") if len(names) == 1 else ("need", "take")
+        line = f"{joined(names, 'and')} {verb} {joined(gives, 'or')}"
+        yield f"{line}, and {taken} no {joined(refused, 'or')}\n" if refused else f"{line}\n"
 
 
 @command(
@@ -55,12 +70,12 @@ def _notes() -> str:
         "Who is tracked, and where",
         take.option("--face", type=take.count, metavar="N",
             text="which face to track, counted from 1, the largest first (default: the largest)"),
-        take.option("--mouth", type=float, nargs=4, metavar="X Y W H",
+        take.option("--mouth", type=take.number, nargs=4, metavar="X Y W H",
             text="box around the mouth to track in the first frame, pixels (default: it is found)"),
         take.option("--worn", is_flag=True,
             text="the camera is worn in front of the mouth: a close-up of the lower face, in which "
             "the head does not move; no face is needed"),
-        take.option("--pupil-distance", type=float, metavar="MM",
+        take.option("--pupil-distance", type=take.number, metavar="MM",
             text="distance between the person's pupils; sets the scale and is held to (default: "
             "adults' mean of 63.4, held to less)"),
         take.person("a known head: one of the speaker's people (bundled: clara, kofi, mei, "

@@ -160,23 +160,31 @@ def file(name: str, text: str, metavar: str = "FILE", **more: Any) -> Option:
     return option(name, text=text, metavar=metavar, **{"type": INPUT, **more})
 
 
-def positive(text: str | float) -> float:
-    """A finite number above 0."""
+def number(text: str | float) -> float:
+    """A number."""
     try:
-        number = float(text)
+        return float(text)
     except ValueError:
         raise click.BadParameter(f"'{text}' is not a number") from None
-    if not 0 < number < float("inf"):
+
+
+def positive(text: str | float) -> float:
+    """A finite number above 0."""
+    found = number(text)
+    if not 0 < found < float("inf"):
         raise click.BadParameter(f"{text} is not a number above 0")
-    return number
+    return found
 
 
 def count(text: str | int) -> int:
     """A number from 1 on."""
-    number = int(text)
-    if number < 1:
+    try:
+        found = int(text)
+    except ValueError:
+        raise click.BadParameter(f"'{text}' is not a whole number") from None
+    if found < 1:
         raise click.BadParameter(f"{text} is not 1 or more")
-    return number
+    return found
 
 
 def person(text: str, default: str | None = None) -> Option:
