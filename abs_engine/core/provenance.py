@@ -12,6 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from abs_engine.core.release import engine_version
+from abs_engine.core.words import listed
+
+FIGURES = "these figures"
+"""Name of what a page itself works out, for `caution`."""
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _BUILT = _PACKAGE / "_data" / "commit.json"  # written when a wheel is built
@@ -44,13 +48,25 @@ def described(made: Mapping[str, Any]) -> str:
     return f"{release}, commit {commit[:12] if isinstance(commit, str) else 'unknown'}"
 
 
-def caution(made: Mapping[str, Any]) -> str | None:
-    """Reason why figures made in this way may not be published; None where they may."""
-    if made.get("commit") is None:
-        return "Not for publication: it is not known which commit made these figures."
-    if made.get("dirty") is not False:
-        return "Not for publication: the code had changes that are in no commit."
-    return None
+def caution(sources: Mapping[str, Mapping[str, Any]]) -> str | None:
+    """Reason why a page may not be published; None where it may.
+
+    Parameters
+    ----------
+    sources : mapping of str to mapping
+        What its figures come from, each in a few words, and the provenance of it: what `made_by`
+        gave then, or an older result.
+    """
+    unknown = [name for name, made in sources.items() if made.get("commit") is None]
+    changed = [
+        name
+        for name, made in sources.items()
+        if name not in unknown and made.get("dirty") is not False
+    ]
+    reasons = [f"it is not known which commit made {listed(unknown)}"] if unknown else []
+    if changed:
+        reasons.append(f"the code that made {listed(changed)} had changes that are in no commit")
+    return f"Not for publication: {'; '.join(reasons)}." if reasons else None
 
 
 @cache

@@ -18,6 +18,7 @@ from abs_engine.evaluate.truth_report import draw
 from abs_engine.io.naming import made_before
 from abs_engine.io.unfinished import Unfinished, kept_if_of_use
 from abs_engine.report.demo_page import camera_error, demo_page, head_given
+from abs_engine.report.facts import origins
 from abs_engine.report.scoring import SCORES, run_scores
 from abs_engine.studio.filming import film_scene
 from abs_engine.studio.make import Crew
@@ -141,7 +142,8 @@ def run_demo(
             run = track_video(truth.video, run_folder, renderer, choice, tracking, prepared, stage)
         scores, remarks = _evaluated(run_folder, truth, evaluation, options)
         video = truth.video.relative_to(made.work).as_posix()
-        page = demo_page(options.person, video, run, score_rows(scores), remarks)
+        sources = origins({RUN: run_folder}, clip)
+        page = demo_page(options.person, video, run, score_rows(scores), remarks, sources)
         (made.work / PAGE).write_text(page, encoding="utf-8")
         made.finish()
     return DemoResult(Path(folder), run, scores, remarks)

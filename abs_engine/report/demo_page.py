@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from abs_engine.core.provenance import described
 from abs_engine.evaluate.score_table import IN_BRACKETS
 from abs_engine.report.document import cautioned, document, safe, table
 
@@ -51,6 +52,7 @@ def demo_page(
     run: dict[str, Any],
     rows: Sequence[tuple[str, str]],
     remarks: Sequence[str],
+    sources: Mapping[str, Mapping[str, Any]],
 ) -> str:
     """The page; it shows the video and the files of ``run`` and ``evaluation`` beside it.
 
@@ -66,10 +68,12 @@ def demo_page(
         What was measured, and its number.
     remarks : sequence of str
         What was given to the tracker, and what to know about the numbers.
+    sources : mapping of str to mapping
+        Provenance of the figures; see `abs_engine.core.provenance.caution`.
     """
     summary = run["summary"]
     key = "".join(f'<span style="background:{colour}">{name}</span>' for name, colour in _KEY)
-    body = f"""{cautioned(run)}<h1>Lips tracked by rendering</h1>
+    body = f"""{cautioned(sources)}<h1>Lips tracked by rendering</h1>
 <p>{safe(person)} is one of six drawn people that come with the studio, which filmed this clip with
 a renderer of its own and added noise and compression: <a href="{safe(video)}">the video</a>. The
 tracker was given this video, the camera's calibration and a head, and nothing else of the truth.
@@ -80,7 +84,8 @@ Its results are compared with the truth here.</p>
 <p>{IN_BRACKETS}</p>
 {"".join(f"<p>{safe(remark)}</p>" for remark in remarks[1:])}
 <p>{summary["frames"]} frames, {summary["mean_evaluations"]:.0f} drawings compared in each,
-drawn by {safe(str(run["renderer"]))}; <a href="run/timing.json">what that took</a>.</p>
+drawn by {safe(str(run["renderer"]))}; <a href="run/timing.json">what that took</a>. Made by
+{safe(described(run))}.</p>
 <p><img src="evaluation/truth_curves.png" alt="aperture, width and lip error over time"></p>
 <h2>The video with the lips drawn on it</h2>
 <p class="key">{key}</p>

@@ -8,7 +8,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from abs_engine.core.provenance import caution
+from abs_engine.core.provenance import FIGURES, caution
 
 MISSED = "not met"
 """A row whose last cell begins so is marked."""
@@ -46,12 +46,14 @@ def results_page(title: str, heading: str, body: str, results: Mapping[str, Any]
     Its first line says if figures of these results, by their commit, may not be published.
     """
     numbers = '<p>All numbers: <a href="results.json">results.json</a>.</p>'
-    return document(title, f"{cautioned(results)}<h1>{safe(heading)}</h1>\n{body}\n{numbers}")
+    return document(
+        title, f"{cautioned({FIGURES: results})}<h1>{safe(heading)}</h1>\n{body}\n{numbers}"
+    )
 
 
-def cautioned(results: Mapping[str, Any]) -> str:
-    """Reason why figures may not be published, as HTML; nothing where they may."""
-    why = caution(results)
+def cautioned(sources: Mapping[str, Mapping[str, Any]]) -> str:
+    """Reason why a page may not be published, as HTML; nothing where it may. See `caution`."""
+    why = caution(sources)
     return "" if why is None else f'<p class="warning">{safe(why)}</p>\n'
 
 

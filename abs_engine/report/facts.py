@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from abs_engine.core.provenance import described, made_by
+from abs_engine.core.provenance import FIGURES, described, made_by
 from abs_engine.dataset import Truth
+from abs_engine.dataset.dataset import dataset_root, read_record
 from abs_engine.evaluate.machine import machine_facts
 from abs_engine.io.inputs import read_json
 from abs_engine.report.data import Rows
@@ -15,6 +17,25 @@ from abs_engine.tracking.record import SUMMARY
 
 _MORE_PACKAGES = ("scipy", "opencv-contrib-python-headless", "nlopt", "av", "plotly")
 _FIRST = ("engine_version", "commit", "dirty", "renderer")
+
+
+def origins(runs: Mapping[str, Path], truth: Path | None = None) -> dict[str, dict[str, Any]]:
+    """Provenance of all that a report's figures come from, for `caution`.
+
+    Parameters
+    ----------
+    runs : mapping of str to Path
+        Results by their names. Those of other systems are left out: no code of ours made them.
+    truth : Path, optional
+        The dataset, or a folder in it.
+    """
+    every = {FIGURES: made_by()}
+    if truth is not None:
+        every["the ground truth"] = _film_made(truth)
+    for name, path in runs.items():
+        if path.is_dir():
+            every[f"the run '{name}'"] = _run_json(path) or {}
+    return every
 
 
 def truth_facts(truth: Truth, given: Path) -> dict[str, Rows]:
@@ -29,6 +50,7 @@ def truth_facts(truth: Truth, given: Path) -> dict[str, Rows]:
         ("frames", f"{len(truth)} at {truth.rate:g} a second"),
         ("picture", f"{camera.size[0]}x{camera.size[1]} pixels, focal length {focal}"),
         ("filmed by", truth.command or "a program"),
+        ("engine", described(_film_made(given))),
         ("seed", str(truth.seed)),
     )
     return {"Clip": rows}
@@ -50,14 +72,8 @@ def made_facts(command: str, seed: int | None) -> dict[str, Rows]:
 
 def run_facts(path: Path) -> Rows:
     """Facts of a run about its making; of another system's file, its name."""
-    file = path / SUMMARY
-    if not path.is_dir() or not file.is_file():
-        return (("results", str(path)),)
-    try:
-        told = read_json(file)
-    except (OSError, ValueError):
-        return (("results", str(path)),)
-    if not isinstance(told, dict):
+    told = _run_json(path)
+    if told is None:
         return (("results", str(path)),)
     rows = [("results", str(path))]
     rows += [(name.replace("_", " "), str(told[name])) for name in _FIRST if name in told]
@@ -65,6 +81,21 @@ def run_facts(path: Path) -> Rows:
         values = told.get(part)
         rows += _flat(values) if isinstance(values, dict) else []
     return tuple(rows)
+
+
+def _run_json(path: Path) -> dict[str, Any] | None:
+    """Content of a run's ``run.json``; None where it cannot be read."""
+    try:
+        told = read_json(path / SUMMARY, gaps=True)
+    except (OSError, ValueError):
+        return None
+    return told if isinstance(told, dict) else None
+
+
+def _film_made(path: Path) -> dict[str, Any]:
+    """Provenance of a dataset, from a folder in it."""
+    dataset = read_record(dataset_root(path)[0])
+    return {**dataset.record, "engine_version": dataset.engine}
 
 
 def _flat(values: dict[str, Any], before: str = "") -> list[tuple[str, str]]:

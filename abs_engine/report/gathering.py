@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import Kind, check_kind, is_of, to_path
-from abs_engine.core.provenance import caution, made_by
+from abs_engine.core.provenance import caution
 from abs_engine.core.words import counted
 from abs_engine.dataset import Truth
 from abs_engine.dataset.sums import digest
@@ -36,7 +36,7 @@ from abs_engine.report.estimate_parts import (
     system_of,
     with_protrusion,
 )
-from abs_engine.report.facts import made_facts, run_facts, truth_facts
+from abs_engine.report.facts import made_facts, origins, run_facts, truth_facts
 from abs_engine.report.inspect.run_video import check_video, find_video
 from abs_engine.report.inspect.runs import RunHead, load_run_head
 from abs_engine.report.motion import compress
@@ -145,9 +145,9 @@ def _with_truth(
     played = min(len(truth), MOST_PLAYED)
     loops = lip_loops(truth, speaker)
     warn_of_faults()
+    named = dict(zip(_names(paths), paths, strict=True))
     scored = [
-        _scored(name, path, truth, speaker, loops, options.seed)
-        for name, path in zip(_names(paths), paths, strict=True)
+        _scored(name, path, truth, speaker, loops, options.seed) for name, path in named.items()
     ]
     tell("reading the vertices of the truth")
     true = TrueClip(
@@ -178,7 +178,7 @@ def _with_truth(
         facts=truth_facts(truth, folder) | made_facts(options.command, options.seed),
         view=view.name,
         others=view.others,
-        caution=caution(made_by()) or "",
+        caution=caution(origins(named, folder)) or "",
     )
 
 
@@ -218,8 +218,8 @@ def _without_truth(
     video = find_video(first, options.video)
     played = min(len(first), MOST_PLAYED)
     loops = speaker_loops(speaker)
-    systems = []
-    for name, head in zip(_names(paths), heads, strict=True):
+    systems, named = [], dict(zip(_names(paths), paths, strict=True))
+    for name, head in zip(named, heads, strict=True):
         estimate = of_run(name, head.arrays, head.mesh, {})
         estimate = with_protrusion(estimate, speaker.landmarks)
         system = system_of(estimate, head.camera, loops, played)
@@ -241,7 +241,7 @@ def _without_truth(
         curves=CURVES,
         sureness=SURENESS,
         facts=made_facts(options.command, None),
-        caution=caution(made_by()) or "",
+        caution=caution(origins(named)) or "",
     )
 
 

@@ -15,6 +15,7 @@ import abs_engine
 from abs_engine.capture.corpus import Corpus
 from abs_engine.cli import main
 from abs_engine.core.errors import InputFileError, ParameterError, TooFewPointsError
+from abs_engine.core.provenance import described
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
 from abs_engine.learn.articulatory import leave_out_in_turn, left_out_errors
 from abs_engine.report.articulation.applied import Applied
@@ -74,6 +75,7 @@ def test_a_model_of_recorded_points(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert told["variance"]["total"] == pytest.approx(model.held) == pytest.approx(1, abs=0.01)
     assert told["left_out_error_mm_median"] > told["model_error_mm_median"] > 0
     page = (tmp_path / "model" / "index.html").read_text()
+    assert f"made by {described(told)}" in page
     for name in ("boxplots.svg", "nomograms.svg"):
         assert (tmp_path / "model" / name).read_bytes().lstrip().startswith(b"<?xml")
         assert name in page

@@ -8,7 +8,7 @@ import subprocess
 import pytest
 
 from abs_engine.core import provenance
-from abs_engine.core.provenance import caution, described, made_by
+from abs_engine.core.provenance import FIGURES, caution, described, made_by
 
 COMMIT = "0123456789abcdef0123456789abcdef01234567"
 
@@ -41,14 +41,14 @@ def test_a_checkout_names_its_commit_and_changes_of_code_alone(package):
     made = made_by()
     assert len(made["commit"]) == 40
     assert made["dirty"] is False
-    assert caution(made) is None
+    assert caution({FIGURES: made}) is None
     (root / "README.md").write_text("a page")
     made_by.cache_clear()
     assert made_by()["dirty"] is False
     (package / "a.py").write_text("2\n")
     made_by.cache_clear()
     assert made_by()["dirty"] is True
-    assert "changes" in caution(made_by())
+    assert "the code that made these figures had changes" in caution({FIGURES: made_by()})
 
 
 def test_a_wheel_says_what_it_was_built_from(package):
@@ -59,8 +59,21 @@ def test_a_wheel_says_what_it_was_built_from(package):
 
 def test_without_either_the_commit_is_unknown_and_nothing_is_published(package):
     assert (made_by()["commit"], made_by()["dirty"]) == (None, None)
-    assert "not known" in caution(made_by())
-    assert "not known" in caution({"engine_version": "0.1.0"})  # a result of an older release
+    assert "not known" in caution({FIGURES: made_by()})
+    assert "not known" in caution({FIGURES: {"engine_version": "0.1.0"}})  # of an older release
+
+
+def test_every_source_that_may_not_be_published_is_named():
+    made = {
+        "the page": {"commit": COMMIT, "dirty": False},
+        "a run": {"commit": COMMIT, "dirty": True},
+        "another": {"commit": COMMIT, "dirty": None},
+        "the film": {"dirty": False},
+    }
+    assert caution(made) == (
+        "Not for publication: it is not known which commit made the film; the code that made "
+        "a run, another had changes that are in no commit."
+    )
 
 
 @pytest.mark.parametrize(

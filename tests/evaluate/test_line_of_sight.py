@@ -34,7 +34,12 @@ def test_the_page_tells_what_was_given_once_and_why_camera_coordinates_are_worse
         "renderer": "cpu",
     }
     remarks = (head_given("<clara>", person_known=True), camera_error(7.5, 1.25))
-    page = demo_page("<clara>", "clip/a&b.mp4", run, [("lip points", "1 mm")], remarks)
+    sources = {"the run 'run'": {"commit": "a", "dirty": True}}
+    rows = [("lip points", "1 mm")]
+    page = demo_page("<clara>", "clip/a&b.mp4", run, rows, remarks, sources)
+    top = page.split("<h1>")[0]
+    assert "the run &#x27;run&#x27; had changes" in top
+    assert "commit unknown" in page
     assert "only that video" not in page
     assert "7.50 mm along the line of sight, 1.25 mm across it" in page
     assert page.count("Head given to the tracker") == 1

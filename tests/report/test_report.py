@@ -13,7 +13,9 @@ import reported
 
 from abs_engine.cli import main
 from abs_engine.core.errors import OutputError, ParameterError
-from abs_engine.report import gathering
+from abs_engine.core.provenance import FIGURES
+from abs_engine.dataset import write_sums
+from abs_engine.report import facts, gathering
 from abs_engine.report.gathering import ReportOptions, write_report
 
 
@@ -157,6 +159,53 @@ def test_the_page_says_where_it_comes_from(page, folder):
     assert html.escape(str(folder / "exact")) in page
     assert page.count("<figure>") >= 3 * 3
     assert "lips, head coordinates, RMS" in page
+
+
+CLEAN = {"engine_version": "9.9.9", "commit": 40 * "a", "dirty": False}
+
+
+def write_made(folder, made, name):
+    """A run or a dataset made by code of some provenance."""
+    if name == "data":
+        reported.write_dataset(folder / name)
+        file = folder / name / "dataset.json"
+    else:
+        file = reported.write_exact(folder / name) / "run.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | made))
+    write_sums(folder / name)
+    return folder / name
+
+
+@pytest.mark.parametrize(
+    ("dirty", "said"),
+    [
+        ((), ""),
+        (("run",), "the code that made the run 'run' had changes that are in no commit"),
+        (("data",), "the code that made the ground truth had changes that are in no commit"),
+    ],
+)
+def test_a_page_of_what_changed_code_made_says_so_above_its_title(
+    tmp_path, monkeypatch, dirty, said
+):
+    monkeypatch.setattr(facts, "made_by", lambda: CLEAN)
+    run, data = (write_made(tmp_path, CLEAN | {"dirty": n in dirty}, n) for n in ("run", "data"))
+    film = data / "clip/camera/video.mp4"
+    for truth in (data, None):
+        out = tmp_path / f"{truth is None}.html"
+        write_report([run], out, ReportOptions(truth, video=film))
+        top = out.read_text(encoding="utf-8").split("<h1>")[0]
+        expected = said if truth or "run" in dirty else ""
+        assert ("Not for publication" in top) == bool(expected)
+        assert html.escape(expected) in top
+
+
+def test_the_page_says_which_commit_made_what_it_shows(page):
+    assert page.count(">engine<") == 2  # of the film and of the page
+
+
+def test_what_other_systems_made_has_no_commit_of_ours(folder):
+    assert [*facts.origins({"marks": folder / "marks.csv"})] == [FIGURES]
+    assert facts.origins({"none": folder})["the run 'none'"] == {}
 
 
 def test_the_page_asks_for_nothing_from_outside(page):

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from abs_engine.core.provenance import made_by
+from abs_engine.core.provenance import described, made_by
 from abs_engine.core.words import counted
 from abs_engine.report.articulation.analysis import Analysis
 from abs_engine.report.articulation.applied import Applied
@@ -140,7 +140,8 @@ def model_page(done: Analysis, pictures: Sequence[tuple[str, str]]) -> str:
     )
     missed = [(b.viseme, f"{b.rms:.2f}", f"{b.median:.2f}", b.worst) for b in shown]
     visemes = table(("viseme", "RMS, mm", "median, mm", "worst point"), missed)
-    told = [(line,) for line in (*corpus_lines(done), *error_lines(done))]
+    made = f"made by {described(made_by())}"
+    told = [(line,) for line in (*corpus_lines(done), *error_lines(done), made)]
     body = f"""{table((), told)}
 <h2>Variance that each parameter explains</h2>
 {table(("parameter", "%", "sum", "paper, %", "sum"), shares)}
