@@ -39,7 +39,7 @@ class HeadFitSettings:
         close-ups: parted or closed right in 86, 89, 91 and 94 % of the frames, inner lips off by
         1.6, 1.8, 2.0 and 2.2 % of the mouth's width.
     border_reach : int, drawn pixels
-        To either side of a border that tell its curvature. Not measured.
+        To either side of a border, by which its curvature is measured. Not measured.
     first_stride : float, mm
         That the node which moves most is first pushed by. Not measured.
     shared_reach : float, standard deviations

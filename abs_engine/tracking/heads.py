@@ -58,7 +58,7 @@ def prepare_head(
     options: TrackOptions,
     leaves: Leaves,
     renderer: Renderer,
-    tell: Tell,
+    stage: Tell,
     speaker: Speaker | None = None,
 ) -> ClipTracker:
     """Find the face, learn the clip's colours and fit the person's head.
@@ -69,7 +69,7 @@ def prepare_head(
     options : TrackOptions
     leaves : Leaves
     renderer : Renderer
-    tell : callable
+    stage : callable
         Called with what is begun, in a few words.
     speaker : Speaker, optional
         The head; by default that of `options.speaker`, or the bundled one.
@@ -98,7 +98,7 @@ def prepare_head(
     if options.from_landmarks or (speaker.imported and options.placed_by_landmarks):
         correspondence = correspondence_of(speaker, renderer)
         try:
-            return by_landmarks(clip, speaker, correspondence, renderer, options, leaves, tell)
+            return by_landmarks(clip, speaker, correspondence, renderer, options, leaves, stage)
         except FaceNotFoundError:
             expected = options.mouth is not None or options.poses is not None
             if not expected or options.pupil_distance or options.evidence != BOTH:
@@ -106,8 +106,8 @@ def prepare_head(
         if options.mouth is not None:
             _check_box(clip.video, FaceBox.around_mouth(*options.mouth))
         remark = "no face was seen where it was expected: started from colours"
-        return replace(by_blobs(clip, speaker, renderer, options, leaves, tell), remarks=remark)
-    return by_blobs(clip, speaker, renderer, options, leaves, tell)
+        return replace(by_blobs(clip, speaker, renderer, options, leaves, stage), remarks=remark)
+    return by_blobs(clip, speaker, renderer, options, leaves, stage)
 
 
 def _check_made(speaker: Speaker) -> None:

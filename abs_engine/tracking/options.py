@@ -244,7 +244,7 @@ class Prepare(Protocol):
     """Makes a clip ready for one kind of face."""
 
     def __call__(
-        self, clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell
+        self, clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, stage: Tell, /
     ) -> ClipTracker:
         """Find the face, and learn what is to be learned of it."""
         ...
@@ -277,10 +277,10 @@ class Model:
     check: Check | None = None
 
     def __call__(
-        self, clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell
+        self, clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, stage: Tell, /
     ) -> ClipTracker:
         """Make a clip ready."""
-        return self.prepare(clip, options, leaves, renderer, tell)
+        return self.prepare(clip, options, leaves, renderer, stage)
 
 
 def model_named(name: str) -> Model:

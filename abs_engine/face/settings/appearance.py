@@ -28,8 +28,8 @@ class AppearanceSettings:
         Weight of the wish that a texel or a point does not depend on the parameters; see
         `LinearFits.solve`. Not measured.
     alone : float, share of each component's noise
-        That is taken for its own: a few dozen frames cannot tell that of hundreds of components
-        from noise that they have in common. Not measured.
+        That is taken for its own: in a few dozen frames, that of hundreds of components cannot be
+        distinguished from noise that they have in common. Not measured.
     highest : float, leverage
         Of a frame at most: one that alone decides about an item has nearly 1. Not
         measured.
@@ -92,7 +92,7 @@ class ShadingSettings:
     wrong : float, median errors
         From which a point counts less in the light. Not measured.
     least_light : float, share
-        That holds numbers of the light near 0 which nothing tells. Not measured.
+        That holds numbers of the light near 0 where no point shows them. Not measured.
     alike : float, frames
         As many as a point's colour is taken to be that of most. Measured on seed 1 of unknown ICT
         heads: with ten times as many, motion is as good and apertures less so.
