@@ -16,6 +16,8 @@ from pages import PAGES, ROOT, Block, PageError, Reader, blocks_of, check
 
 from abs_engine import __all__ as public
 from abs_engine.cli.program import PROGRAM
+from abs_engine.papers.basu1998.remarks import REMARKS
+from abs_engine.papers.odisio2004.goals import GOALS
 
 MEASURED = ROOT / "docs" / "measured.md"
 
@@ -139,6 +141,18 @@ def test_what_a_published_page_names_lies_beside_it(page):
     named = re.findall(r'(?:href|src)="([^"#]+)"', page.read_text(encoding="utf-8"))
     assert named
     assert [name for name in named if not (page.parent / name).is_file()] == []
+
+
+SHARE = re.compile(r"\d ?%|\bone in \w+")
+
+
+def test_remarks_of_reproductions_hold_no_measured_share():
+    """What was measured stands in tables, from results.json; a remark cannot follow it."""
+    said = [*REMARKS, *(goal.why for goal in GOALS)]
+    page = (ROOT / "assets/published/000/index.html").read_text(encoding="utf-8")
+    said.append(page.partition("</h1>")[2].partition("<h2>")[0])
+    assert len(said) > 10
+    assert [text for text in said if SHARE.search(text)] == []
 
 
 @pytest.fixture(scope="module")

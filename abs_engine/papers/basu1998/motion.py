@@ -71,15 +71,12 @@ class Motion:
         Frames per second.
     source : str
         What moves it, in words.
-    recorded : bool
-        Whether a real face was recorded.
     """
 
     person: str
     weights: FloatArray
     rate: float
     source: str
-    recorded: bool = False
 
     def __len__(self) -> int:
         """Return the number of frames, T."""
@@ -155,7 +152,7 @@ def recorded_motion(
             f"it has {len(played)}",
         )
     what = f"recording {path.name}, frames {start} to {start + frames - 1} at {RATE:g} Hz"
-    return Motion(person, played[start : start + frames], RATE, what, recorded=True)
+    return Motion(person, played[start : start + frames], RATE, what)
 
 
 def authored_motion(

@@ -1,10 +1,5 @@
 """Remarks on the numbers of a reproduction of Basu, Oliver and Pentland (1998)."""
 
-WINDOWS = (
-    "Which ten those are matters: of windows all over the recording, about one in six fails a row "
-    "of table 1, as its last frames are unlike those before."
-)
-"""Where the dots were moved by the recording."""
 REMARKS = (
     "What is tracked was learned from 40 seconds of authored speech, other sentences than those "
     "of the test; its colours from labelled pixels of another clip. Starts are 48 typical shapes "
@@ -17,8 +12,7 @@ REMARKS = (
     "From the blob: depth and rotation are given, the visible lips' centroid is brought to the "
     "blob's, then forces move shape and place. An iteration asks for one direction and looks at "
     "three strides along it, of place and shape each, after the first with four multiples of the "
-    "step before. It has converged when it gains less than 0.1 of -log posterior; at 0.02 errors "
-    "are 1 to 3 % smaller, and more starts are cut off at 15 iterations. Errors by camera "
+    "step before. It has converged when it gains less than 0.1 of -log posterior. Errors by camera "
     "are those of Nelder-Mead. Frames without a found mouth are left out of errors; `pose.frames` "
     "counts the others. Nelder-Mead by one sample is measured on every fifth frame.",
     "Closures in real clips are those of `abs-engine track` with unknown persons, whose mouths "

@@ -56,7 +56,7 @@ from abs_engine.papers.basu1998.motion import (
 from abs_engine.papers.basu1998.page import reproduction_page
 from abs_engine.papers.basu1998.real_clips import grid_agreement
 from abs_engine.papers.basu1998.recorded_training import recorded_training
-from abs_engine.papers.basu1998.remarks import REMARKS, WINDOWS
+from abs_engine.papers.basu1998.remarks import REMARKS
 from abs_engine.papers.basu1998.single_frames import AS_PRINTED
 from abs_engine.papers.basu1998.summary import FURTHER, LITERAL, WAYS, Fits, fitted, seconds
 from abs_engine.papers.basu1998.viseme_information import SYLLABLES, viseme_information
@@ -220,9 +220,7 @@ def _learned(report: Report, speaker: Speaker, person: str, renderer: Renderer, 
     )  # fmt: skip
     report.remarks += [
         f"The dots are moved by {told}; {OBSERVED:g} mm of noise are added to each coordinate, "
-        "about what filmed sessions have. 140 frames are learned from, the next ten tested on. "
-        + WINDOWS
-        * motion.recorded,
+        "about what filmed sessions have. 140 frames are learned from, the next ten tested on.",
         *REMARKS,
     ]
 
