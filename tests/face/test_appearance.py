@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from abs_engine.core.errors import (
     ModelFormatError,
     TooFewPixelsError,
 )
+from abs_engine.face.appearance import colour_learning
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES, features
 from abs_engine.face.appearance.colour_learning import PLACES, learn_classes, typical_classes
@@ -144,6 +147,15 @@ def expected(label: np.ndarray, blur: float) -> np.ndarray:
 def learned():
     pictures = [painted(k) for k in range(2)]
     return learn_classes([p for p, _ in pictures], [expected(label, 4.0) for _, label in pictures])
+
+
+@pytest.mark.parametrize("other", [{"rounds": 1}, {"most_pixels": 600}])
+def test_the_settings_that_a_run_reports_are_those_used(monkeypatch, other):
+    picture, label = painted(3)
+    usual = learn_classes([picture], [expected(label, 4.0)]).mixtures["lips"].means
+    monkeypatch.setattr(colour_learning, "COLOURS", replace(LEARNED, **other))
+    changed = learn_classes([picture], [expected(label, 4.0)]).mixtures["lips"].means
+    assert not np.array_equal(usual, changed)
 
 
 def test_the_classes_of_a_painted_mouth(learned):

@@ -37,8 +37,6 @@ PLACES = ("skin", "lips", "inside")
 def learn_classes(
     images: Sequence[NDArray[np.generic]],
     places: Sequence[FloatArray],
-    rounds: int = 10,
-    most: int = 12_000,
 ) -> ColourClasses:
     """Learn the classes from a clip, given where each class is expected.
 
@@ -54,9 +52,6 @@ def learn_classes(
     images : sequence of (H, W, 3), RGB
     places : sequence of (3, H, W) float64
         Prior probability of each of `PLACES` at each pixel; the rest to 1 is "none of them".
-    rounds : int
-    most : int
-        Largest number of pixels used, evenly spread.
 
     Returns
     -------
@@ -69,7 +64,7 @@ def learn_classes(
     TooFewPixelsError
         If fewer than `COLOURS.least_pixels` are left for skin or lips.
     """
-    prior, pixels = _chosen(images, places, most)
+    prior, pixels = _chosen(images, places)
     certain = prior[0] > 0.9 * prior[0].max()
     reference = float(np.median(luminance(pixels)[certain]))
     samples = features(pixels, reference)
@@ -78,10 +73,10 @@ def learn_classes(
     _enough("lips", prior[1] * core)
     skin = skin_of(samples[certain])
     typical = typical_lips(skin)
-    found = _separated(samples, prior, skin, typical, typical, rounds)
+    found = _separated(samples, prior, skin, typical, typical)
     usual = found.own.sum() >= COLOURS.unusual * (prior[1] @ core)
     if not usual:
-        found = _separated(samples, prior, skin, _reddest(samples, prior[1], skin), None, rounds)
+        found = _separated(samples, prior, skin, _reddest(samples, prior[1], skin), None)
     _enough("skin", found.bare)
     _enough("lips", found.own)
     lips = fit_mixture(samples, found.own, COLOURS.lip_components)
@@ -110,7 +105,6 @@ def _separated(
     skin: Mixture,
     lips: Mixture,
     held: Mixture | None,
-    rounds: int,
 ) -> _Separated:
     """Expectation maximisation from a guess of the lips, at first held to anybody's if asked to.
 
@@ -120,12 +114,12 @@ def _separated(
     around, core = prior[0] > 0.5, prior[1] > COLOURS.core * prior[1].max()
     anchor = inside = inside_guess(skin)
     strength, count = 0.25 * prior[1].sum(), COLOURS.lips_held * float(prior[1] @ core)
-    for turn in range(rounds):
+    for turn in range(COLOURS.rounds):
         whole = lips if held is None else with_shade(lips)
         share = posterior((skin, whole, inside), samples, prior)
         bare = share[0] * around
         own = share[1] * core * (1.0 if held is None else lit_share(whole, samples))
-        if held is not None and 2 * turn < rounds:
+        if held is not None and 2 * turn < COLOURS.rounds:
             lips = lips.anchored(samples, own, held, count)
         elif own.sum() >= COLOURS.least_pixels:
             lips = shaded(lips.updated(samples, own), COLOURS.lip_shading)
@@ -137,7 +131,6 @@ def _separated(
 def typical_classes(
     images: Sequence[NDArray[np.generic]],
     places: Sequence[FloatArray],
-    most: int = 12_000,
     plain: bool = False,
 ) -> ColourClasses:
     """The classes of anybody beside the skin that a clip shows.
@@ -147,7 +140,7 @@ def typical_classes(
 
     Parameters
     ----------
-    images, places, most
+    images, places
         As of `learn_classes`.
     plain : bool
         Whether skin is held to one component: lips that lie where skin was expected do not get
@@ -158,7 +151,7 @@ def typical_classes(
     FaceNotFoundError, TooFewPixelsError
         As by `learn_classes`.
     """
-    prior, pixels = _chosen(images, places, most)
+    prior, pixels = _chosen(images, places)
     certain = prior[0] > 0.9 * prior[0].max()
     reference = float(np.median(luminance(pixels)[certain]))
     samples = features(pixels, reference)
@@ -182,13 +175,13 @@ def assembled(skin: Mixture, lips: Mixture, inside: Mixture, reference: float) -
 
 
 def _chosen(
-    images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray], most: int
+    images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
     """Priors (3, N) and RGB values (N, 3) of the pixels that are learned from."""
     prior = np.concatenate([p.reshape(len(PLACES), -1) for p in places], axis=1)
     pixels = np.concatenate([np.asarray(i, np.float64).reshape(-1, 3) for i in images])
     keep = np.flatnonzero(prior.sum(axis=0) > 0.02)
-    keep = keep[:: max(1, -(-len(keep) // most))]
+    keep = keep[:: max(1, -(-len(keep) // COLOURS.most_pixels))]
     prior, pixels = prior[:, keep], pixels[keep]
     if not (prior.size and prior[:2].max(axis=1).min() > 0.2):
         raise FaceNotFoundError(

@@ -118,7 +118,7 @@ class ColourSettings:
     rounds : int
         Of expectation and maximisation. Not measured.
     most_pixels : int, pixels
-        That a lip's colours are learned from at most. A bound on time. Not measured.
+        That colours are learned from at most, evenly spread. A bound on time. Not measured.
     least_spread : float, levels of 255
         Of the chroma of a face, below which a video has no colour. Measured, medians of six frames:
         p01 to p08 of the strangers' clips and GRID's 4.2 to 10; with their colour taken out 0, also
