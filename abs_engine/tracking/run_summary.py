@@ -13,7 +13,12 @@ from abs_engine.face.base import Face
 from abs_engine.fit.shading import NAME as SHADED
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.loop import HELD
-from abs_engine.tracking.run_warnings import doubts, little_explained, mostly_lost
+from abs_engine.tracking.run_warnings import (
+    all_closed,
+    doubts,
+    little_explained,
+    mostly_lost,
+)
 from abs_engine.tracking.shot_cuts import cut_line
 
 
@@ -34,7 +39,8 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
     source = _score_of(arrays["term_names"].tolist(), face.name)
     little = little_explained(source.get("score_of", "colour"), score)
     lost = mostly_lost(found, arrays["status"])
-    doubted = [*lost, *little, *landmarks.get("warnings", ())]
+    shut = all_closed(arrays["closed"][found], arrays["time"][found])
+    doubted = [*lost, *little, *shut, *landmarks.get("warnings", ())]
     hints = [setting.hint] if doubted and setting.hint else []
     warnings = [*setting.warnings, *shots, *doubted, *hints]
     work = arrays["evaluations"][found]

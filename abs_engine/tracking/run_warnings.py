@@ -51,6 +51,14 @@ OTHER_HEAD = (
     "its own speaker's less than {:.1f}): is it this speaker's?"
 )
 OTHERS = "the face explains only {:.0%} of the picture: is it this speaker's?"
+OTHER_TALKER = (
+    "the talking face explains only {:.0%} of the picture: if it is another person's, or was "
+    "learned in other light, track without --model"
+)
+ALL_CLOSED = (
+    "the lips are closed in all {} that were tracked: if the person speaks there, look at the "
+    "overlay before you use it"
+)
 
 
 def other_head(misfit: float) -> tuple[str, ...]:
@@ -92,11 +100,28 @@ def little_explained(source: str, score: float | None) -> list[str]:
     """
     if score is None:
         return []
-    if source == "colour" and score < FRAME_LOOP.least_score:
+    if source in ("colour", "talking: colour") and score < FRAME_LOOP.least_score:
         return [LITTLE.format(score)]
     if source in ("texture", "local") and score < FRAME_LOOP.least_face_score:
         return [OTHERS.format(score)]
+    talking = source in ("talking: texture", "talking: local")
+    if talking and score < FRAME_LOOP.least_talking_score:
+        return [OTHER_TALKER.format(score)]
     return []
+
+
+def all_closed(closed: NDArray[np.bool_], time: NDArray[np.float64]) -> list[str]:
+    """Warning that the lips are closed in every tracked frame of some seconds, if they are.
+
+    Parameters
+    ----------
+    closed : (N,) bool
+        Of the tracked frames.
+    time : (N,) float64, seconds
+    """
+    if not (len(closed) and closed.all() and np.ptp(time) > FRAME_LOOP.longest_closed):
+        return []
+    return [ALL_CLOSED.format(counted(len(closed), "frame"))]
 
 
 def disagreement(aperture: float, deviation: float, by_landmarks: float) -> float:

@@ -172,6 +172,16 @@ def test_a_run_that_explains_little_holds_its_warning():
     assert line.startswith("the drawn mouth explains only 60%")
 
 
+@pytest.mark.parametrize(("frames", "lines"), [(70, 1), (60, 0)])
+def test_a_run_whose_lips_never_open_holds_its_warning(frames, lines):
+    recorder = Recorder(toy_setting())
+    for index in range(frames):
+        recorder.add(replace(RESULTS_OF_CLIP[0], index=index))
+    warnings = recorder.record().summary["warnings"]
+    assert len(warnings) == lines
+    assert all("closed in all 70 frames" in line for line in warnings)
+
+
 @pytest.mark.parametrize(("score", "lines"), [(0.6, 2), (0.9, 0)])
 def test_given_colours_may_be_the_reason(score, lines):
     recorder = Recorder(replace(toy_setting(), hint=GIVEN_COLOURS))

@@ -9,6 +9,7 @@ import pytest
 from runs import lost_result
 
 from abs_engine.tracking.run_warnings import (
+    all_closed,
     disagreement,
     doubts,
     little_explained,
@@ -103,6 +104,9 @@ def test_frames_that_were_held_to_the_landmarks():
     ("colour", FRAME_LOOP.least_score, "the drawn mouth explains only 77%"),
     ("texture", FRAME_LOOP.least_face_score, "is it this speaker's"),
     ("local", FRAME_LOOP.least_face_score, "the face explains only 79%"),
+    ("talking: local", FRAME_LOOP.least_talking_score, "the talking face explains only 69%"),
+    ("talking: texture", FRAME_LOOP.least_talking_score, "track without --model"),
+    ("talking: colour", FRAME_LOOP.least_score, "the drawn mouth explains only 77%"),
 ])  # fmt: skip
 def test_a_run_that_explains_little(source, limit, said):
     (line,) = little_explained(source, limit - 0.01)
@@ -112,6 +116,16 @@ def test_a_run_that_explains_little(source, limit, said):
 
 def test_what_is_not_known_to_explain_little():
     assert little_explained("colour", None) == little_explained("plugin: own", 0.1) == []
+
+
+def test_lips_that_never_open_are_doubted_where_the_clip_is_longer_than_a_pause():
+    time = np.arange(75) / 25
+    shut = np.ones(75, bool)
+    (line,) = all_closed(shut, time)
+    assert line.startswith("the lips are closed in all 75 frames that were tracked")
+    assert "overlay" in line
+    assert all_closed(shut[:60], time[:60]) == all_closed(shut[:0], time[:0]) == []
+    assert all_closed(np.arange(75) > 0, time) == []
 
 
 def test_most_frames_lost():
