@@ -73,20 +73,13 @@ class TalkingFace:
         return {name: self.texture(name).dress(self.shape.surface) for name in TEXTURES}
 
 
-def as_face(face: TalkingFace, texture: str = "tex_lin", local: str = "la_lin") -> Face:
-    """The face that a clip is tracked with: of each kind of appearance one model.
-
-    Parameters
-    ----------
-    face : TalkingFace
-    texture, local : str
-        Of `MODELS`.
-    """
-    model = face.texture(texture)
+def as_face(face: TalkingFace) -> Face:
+    """The face that a clip is tracked with: of each kind of appearance the linear model."""
+    model = face.tex_lin
     noise = float(np.sqrt(np.mean(model.leftover.spread.astype(np.float64) ** 2)))
     looks = {
-        "texture": TextureLooks(model, face.shape.surface, face.dressed[texture], noise),
-        "local": LocalLooks(face.local(local), face.shape.outer, face.la_scale),
+        "texture": TextureLooks(model, face.shape.surface, face.dressed["tex_lin"], noise),
+        "local": LocalLooks(face.la_lin, face.shape.outer, face.la_scale),
     }
     return replace(shape_as_face(face.shape), appearance=looks)
 

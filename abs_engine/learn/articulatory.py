@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -97,7 +97,6 @@ def left_out_errors(
     corpus: Corpus,
     predictors: Sequence[Predictor] = PAPER_PREDICTORS,
     missing: Missing = "refuse",
-    progress: Callable[[int, int], None] | None = None,
 ) -> FloatArray:
     """Error of each viseme in the model of all others, (V,), mm: RMS over the points.
 
@@ -108,15 +107,13 @@ def left_out_errors(
     corpus : Corpus
     predictors : sequence of Predictor
     missing : {"refuse", "drop", "impute"}
-    progress : callable, optional
-        Called with the number of models built and of all.
 
     Raises
     ------
     TooFewPointsError, ParameterError
         As `build`.
     """
-    done = leave_out_in_turn(corpus, predictors, missing, progress)
+    done = leave_out_in_turn(corpus, predictors, missing)
     if done.skipped:
         raise next(iter(done.skipped.values()))
     return done.errors
@@ -143,7 +140,6 @@ def leave_out_in_turn(
     corpus: Corpus,
     predictors: Sequence[Predictor] = PAPER_PREDICTORS,
     missing: Missing = "refuse",
-    progress: Callable[[int, int], None] | None = None,
 ) -> LeftOut:
     """As `left_out_errors`, but visemes that cannot be left out are told of, with the reason."""
     out = np.full(len(corpus), np.nan)
@@ -161,8 +157,6 @@ def leave_out_in_turn(
                 out[viseme] = rms(model.errors(corpus.points[viseme, kept]))
             except (TooFewPointsError, ParameterError) as error:
                 skipped[corpus.visemes[viseme]] = error
-        if progress is not None:
-            progress(k + 1, rounds)
     return LeftOut(out, skipped)
 
 

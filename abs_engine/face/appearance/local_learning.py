@@ -29,9 +29,7 @@ def learn_local(
     vertices: NDArray[np.integer],
     camera: Camera,
     renderer: Renderer,
-    sigma: float | FloatArray = APPEARANCE.sigma,
     scale: float = 1.0,
-    ridge: float = APPEARANCE.ridge,
     unit: float = 0.0,
 ) -> LocalModel:
     """Learn d_0 and M_D of some points by least squares, from the frames that show them.
@@ -44,12 +42,8 @@ def learn_local(
         Of the sightings; what is hidden in them is found by drawing.
     vertices : (N,) int
         The points; see `choose.choose_points` for which of them to keep.
-    sigma : float or (N,) float64, drawn pixels
-        Scale of the filters, one for all or one for each point.
     scale : float
         Drawn pixels per image pixel; frames are compared at the same.
-    ridge : float, frames
-        See `LinearFits.solve`.
     unit : float, drawn pixels per mm
         0 for the paper's rigid windows; else see `windows.Windows`.
 
@@ -62,9 +56,7 @@ def learn_local(
     ParameterError
         If there are no frames, or shapes or numbers of parameters differ.
     """
-    return learn_local_frames(
-        sightings, scene, vertices, camera, renderer, sigma, scale, ridge, unit
-    )[0]
+    return learn_local_frames(sightings, scene, vertices, camera, renderer, scale, unit)[0]
 
 
 def learn_local_frames(
@@ -73,9 +65,7 @@ def learn_local_frames(
     vertices: NDArray[np.integer],
     camera: Camera,
     renderer: Renderer,
-    sigma: float | FloatArray = APPEARANCE.sigma,
     scale: float = 1.0,
-    ridge: float = APPEARANCE.ridge,
     unit: float = 0.0,
     recordings: IntArray | None = None,
 ) -> tuple[LocalModel, Frames, float]:
@@ -83,7 +73,7 @@ def learn_local_frames(
 
     Parameters
     ----------
-    sightings, scene, vertices, camera, renderer, sigma, scale, ridge, unit
+    sightings, scene, vertices, camera, renderer, scale, unit
         As of `learn_local`.
     recordings : (T,) int64, optional
         Which frames were recorded together. Then the ridge is that with which recordings foretell
@@ -95,7 +85,7 @@ def learn_local_frames(
         As `learn_local`.
     """
     patches = Patches.around(scene, vertices)
-    windows = Windows(patches, np.full(len(vertices), sigma, np.float64), unit)
+    windows = Windows(patches, np.full(len(vertices), APPEARANCE.sigma, np.float64), unit)
     window = Window(0, 0, *camera.size, scale)
     fits: LinearFits | None = None
     rows, shown, values = [], [], []
@@ -114,7 +104,7 @@ def learn_local_frames(
     if fits is None:
         raise ParameterError("there are no frames to learn appearance from", "give some")
     frames = Frames(np.stack(values), np.stack(shown), np.stack(rows), recordings)
-    ridge = frames.ridge(ridge)
+    ridge = frames.ridge(APPEARANCE.ridge)
     at = np.asarray(vertices, np.int64)
     return _model(fits.solve(ridge), windows, at, facing, frames, ridge), frames, ridge
 

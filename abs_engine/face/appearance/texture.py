@@ -164,7 +164,6 @@ def learn_texture(
     atlas: Atlas,
     camera: Camera,
     renderer: Renderer,
-    ridge: float = APPEARANCE.ridge,
 ) -> TextureModel:
     """Learn I_0 and M_I by least squares for each texel, from the frames that show it.
 
@@ -179,8 +178,6 @@ def learn_texture(
     camera : Camera
     renderer : Renderer
         Decides what each frame hides.
-    ridge : float, frames
-        See `LinearFits.solve`.
 
     Returns
     -------
@@ -204,7 +201,7 @@ def learn_texture(
     number of frames.
     """
     fits, frames = _gathered(sightings, scene, atlas, camera, renderer, None)
-    return _solved(fits, frames, ridge, atlas)
+    return _solved(fits, frames, APPEARANCE.ridge, atlas)
 
 
 def learn_shared_texture(

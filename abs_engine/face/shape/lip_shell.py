@@ -71,10 +71,10 @@ class LipShell(LipPoints):
     lip: BoolArray
     border: BoolArray
 
-    def elastic_at(self, nodes: FloatArray, material: Material | None = None) -> ThinShell:
+    def elastic_at(self, nodes: FloatArray) -> ThinShell:
         """The shell as an elastic body whose nodes (N, 3), mm, are at rest where given."""
         springs = np.where(self.border, SHAPE.border_spring, 0.0)
-        return ThinShell(nodes, self.faces, springs, material or MATERIAL)
+        return ThinShell(nodes, self.faces, springs, MATERIAL)
 
 
 def cut_lip_shell(speaker: Speaker) -> LipShell:

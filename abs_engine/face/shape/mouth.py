@@ -48,7 +48,6 @@ def mouth_shape(
     speaker: Speaker,
     neutral: NDArray[np.float32],
     n_modes: int,
-    seed: int = 0,
     anybody: bool = False,
 ) -> LinearShape:
     """Principal components over mouth postures of a real person and others that are authored.
@@ -66,8 +65,6 @@ def mouth_shape(
     neutral : (V, 3) float32, mm
         The person's neutral vertices.
     n_modes : int
-    seed : int
-        Of the authored postures.
     anybody : bool
         Whether this is not the person's own head; only the bundled head, or one of its mesh and
         size, may be anybody's.
@@ -86,7 +83,7 @@ def mouth_shape(
     """
     names = mouth_units()
     units = speaker.unit_matrix(names)
-    authored = Postures.of(sample_postures(4000, seed))
+    authored = Postures.of(sample_postures(4000, seed=0))
     postures = recorded_postures(names).pooled(authored, SHAPE.recorded)
     if anybody:
         units = np.concatenate([units, unit_differences(names)])

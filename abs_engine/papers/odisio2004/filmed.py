@@ -24,7 +24,8 @@ from abs_engine.io.assets import Speaker
 from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.studio.appearance.look import Look
 from abs_engine.studio.filming import plan_of
-from abs_engine.studio.make import Crew, Order, Progress, make
+from abs_engine.studio.look import Look
+from abs_engine.studio.make import Crew, Order, make
 from abs_engine.studio.people import Person, dots, paint
 from abs_engine.studio.sequence import Sequence, portrait, wander
 
@@ -72,7 +73,6 @@ def film_visemes(
     size: tuple[int, int] = SIZE,
     beads: int = 0,
     seed: int = 0,
-    progress: Progress | None = None,
 ) -> VisemePictures:
     """Film each viseme of a corpus once, from the front, the head moved a little each time.
 
@@ -90,8 +90,6 @@ def film_visemes(
         How many are on the face; see `BEADS`.
     seed : int
         Of the head's motion and the sensor's noise.
-    progress : callable, optional
-        Called with the number of pictures done and of all.
 
     Raises
     ------
@@ -116,8 +114,8 @@ def film_visemes(
     if beads:
         worn = Person(person, person, beads=beads)
         plan = replace(plan, texture=paint(speaker, worn), dots=dots(speaker, worn).vertices)
-    order, crew = Order(COMMAND, seed, (), keep_frames=True), Crew(filming=progress)
-    make([plan], 1, folder, speaker, order, crew)
+    order = Order(COMMAND, seed, (), keep_frames=True)
+    make([plan], 1, folder, speaker, order, Crew())
     return read_visemes(folder, names)
 
 

@@ -62,7 +62,6 @@ def compare_searches(
     filmed: Filmed,
     renderer: Renderer,
     which: Mapping[str, Settings],
-    frames: int | None = None,
     kept: Path | None = None,
 ) -> dict[str, Measured]:
     """Track one sequence with several searches.
@@ -78,20 +77,18 @@ def compare_searches(
         Of `french.PRACTICE`, so that nothing is chosen on what is reported.
     renderer : Renderer
     which : mapping of str to Settings
-    frames : int, optional
-        From the start; by default all.
     kept : Path, optional
         Folder that gets the frames, and has those of an interrupted run.
     """
     out = {}
     for k, (name, how) in enumerate(which.items()):
         found = track(
-            face, model, filmed.pictures[:frames], filmed.camera, filmed.poses[0],
+            face, model, filmed.pictures, filmed.camera, filmed.poses[0],
             face.shape.neutral, renderer, how, speech.built.alpha, None,
             None if kept is None else kept / f"{k}.journal",
         )  # fmt: skip
         points = np.array([face.shape.points(row) for row in found.alpha])
-        away = ((points - filmed.points[:frames]) ** 2).sum(axis=2)
+        away = ((points - filmed.points) ** 2).sum(axis=2)
         out[name] = Measured(
             float(np.sqrt(away.mean(axis=1)).mean()), float(found.evaluations.mean()),
             float(found.restarted.mean()),
@@ -168,7 +165,7 @@ def practise(
 
     def add(model: str, own: TalkingFace, which: Mapping[str, Settings]) -> None:
         aside = None if kept is None else kept / f"{len(rows)}"
-        found = compare_searches(speech, own, model, filmed, renderer, which, None, aside)
+        found = compare_searches(speech, own, model, filmed, renderer, which, aside)
         rows.extend({"what": name, "model": model, **asdict(m)} for name, m in found.items())
 
     others = variants(speech, face, renderer)

@@ -20,6 +20,8 @@ _HAIR_FROM = ((0, 25, 38, 52, 64, 74, 90, 130, 180), (88, 88, 80, 46, 24, 8, -14
 """No cropped hair grows below this: degrees from the front, height in mm."""
 _BEARD_BELOW = ((0, 20, 34, 50, 66, 80), (-6, -12, -34, -36, -12, 10))
 """No beard grows above this: distance from the middle, height, in mm."""
+_FAR = 8.0
+"""mm from the border of the lips, beyond which its distance is not needed."""
 
 
 def step(x: NDArray[np.floating], low: float, high: float) -> Float32Array:
@@ -48,15 +50,15 @@ def lips(speaker: Speaker, chart: Chart) -> Float32Array:
 
 
 @lru_cache(maxsize=1)
-def border_distance(speaker: Speaker, chart: Chart, limit: float = 8.0) -> NDArray[np.float64]:
-    """Distance (T,), mm, to the border between lips and skin, not more than `limit`."""
+def border_distance(speaker: Speaker, chart: Chart) -> NDArray[np.float64]:
+    """Distance (T,), mm, to the border between lips and skin, not more than `_FAR`."""
     ring = speaker.vertices[speaker.lip_ring].astype(np.float64)
     along = np.linspace(0, 1, 20, endpoint=False)[:, None, None]
     border = (ring + along * (np.roll(ring, -1, axis=0) - ring)).reshape(-1, 3)
-    low, high = border.min(axis=0) - limit, border.max(axis=0) + limit
+    low, high = border.min(axis=0) - _FAR, border.max(axis=0) + _FAR
     near = ((chart.place > low) & (chart.place < high)).all(axis=1)
-    out = np.full(len(chart.place), limit)
-    out[near] = np.minimum(cKDTree(border).query(chart.place[near])[0], limit)
+    out = np.full(len(chart.place), _FAR)
+    out[near] = np.minimum(cKDTree(border).query(chart.place[near])[0], _FAR)
     out.flags.writeable = False  # it is kept
     return out
 

@@ -24,9 +24,7 @@ _SILENCES = {
 }  # fmt: skip
 
 
-def read_textgrid(
-    path: Path | str, tier: str | None = None, alphabet: Alphabet | None = None
-) -> Utterance:
+def read_textgrid(path: Path | str, tier: str | None = None) -> Utterance:
     """Read an utterance from a Praat TextGrid.
 
     Parameters
@@ -36,14 +34,12 @@ def read_textgrid(
     tier : str, optional
         Name of the interval tier with the phonemes. By default the one that is named as aligners
         name it ('phones', 'MAU', ...), else the only one whose labels are all phonemes.
-    alphabet : {"x-sampa", "ipa", "arpabet"}, optional
-        By default the first of ARPABET, the IPA and X-SAMPA that spells all labels; where both of
-        the latter do, X-SAMPA if all is ASCII.
 
     Returns
     -------
     Utterance
-        From the grid's beginning to its end; empty labels, 'sil' and the like are pauses.
+        From the grid's beginning to its end; empty labels, 'sil' and the like are pauses. The
+        alphabet is the first of ARPABET, X-SAMPA and the IPA that spells all labels.
 
     Raises
     ------
@@ -56,7 +52,7 @@ def read_textgrid(
     grid = _open(path)
     name = _choose(path, grid, tier)
     spans = [(float(i.start), float(i.end), i.label.strip()) for i in grid.getTier(name).entries]
-    chosen = alphabet or _guess([label for *_, label in spans])
+    chosen = _guess([label for *_, label in spans])
     begin = float(grid.minTimestamp)
     parts = [
         (_sounds(path, label, start, chosen), start - begin, end - begin)
@@ -134,5 +130,5 @@ def _sounds(path: Path, label: str, start: float, alphabet: Alphabet) -> tuple[P
     except ParameterError as error:
         raise ParameterError(
             f"{path}, at {start:g} s: {error.problem}",
-            "correct the label, or name another tier or alphabet",
+            "correct the label, or name another tier",
         ) from error
