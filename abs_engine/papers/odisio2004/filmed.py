@@ -24,7 +24,6 @@ from abs_engine.io.assets import Speaker
 from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.studio.appearance.look import Look
 from abs_engine.studio.filming import plan_of
-from abs_engine.studio.look import Look
 from abs_engine.studio.make import Crew, Order, make
 from abs_engine.studio.people import Person, dots, paint
 from abs_engine.studio.sequence import Sequence, portrait, wander
