@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import struct
+import subprocess
+import sys
 from fractions import Fraction
 from types import SimpleNamespace
 
@@ -10,8 +12,8 @@ import av
 import cv2
 import numpy as np
 import pytest
-from av.sidedata.sidedata import Type
 from av.stream import Disposition
+from PIL import Image, ImageCms, ImageOps
 from runs import drift, turned, write_kind
 
 from abs_engine.io.video import probe, read_frames
@@ -21,9 +23,10 @@ from abs_engine.tracking.footage import footage_lines
 SIZE = (96, 80)
 
 
-def matrix(a, b, c, d):
-    """A display matrix as FFmpeg has it, see its libavutil/display.h."""
-    return struct.pack("=9i", *(round(v * 65536) for v in (a, b, 0, c, d, 0, 0, 0, 16384)))
+def turn_by(a, b, c, d):
+    """The turn of a display matrix as FFmpeg has it, see its libavutil/display.h."""
+    entries = [round(v * 65536) for v in (a, b, 0, c, d, 0, 0, 0, 16384)]
+    return Turn.by(np.array(entries, np.int32))
 
 
 def write(path, pictures, aspect=None, options=None, sound=None, begins=0.0, heard=0.0):
@@ -71,15 +74,15 @@ def test_pixels_are_square(tmp_path, aspect, size):
 @pytest.mark.parametrize(("aspect", "size"), [(4 / 3, (128, 80)), (2 / 3, (96, 120))])
 def test_pixels_are_stretched_before_the_picture_is_turned(aspect, size):
     coded = cv2.GaussianBlur(drift(1)[0], (0, 0), 2)
-    held = {Type.DISPLAYMATRIX: matrix(0, -1, 1, 0)}  # a quarter turn counter-clockwise
-    frame = SimpleNamespace(height=80, width=96, side_data=held, to_ndarray=lambda format: coded)
-    assert shown_size(frame, aspect) == size
-    np.testing.assert_array_equal(shown(frame, aspect), np.rot90(cv2.resize(coded, size)))
+    turn = turn_by(0, -1, 1, 0)  # a quarter turn counter-clockwise
+    frame = SimpleNamespace(height=80, width=96, to_ndarray=lambda format: coded)
+    assert shown_size(frame, aspect, turn) == size
+    np.testing.assert_array_equal(shown(frame, aspect, turn), np.rot90(cv2.resize(coded, size)))
 
 
 def test_stretched_pictures_have_even_sides():
-    frame = SimpleNamespace(height=480, width=720, side_data={})
-    assert shown_size(frame, 32 / 27) == (480, 854)
+    frame = SimpleNamespace(height=480, width=720)
+    assert shown_size(frame, 32 / 27, Turn()) == (480, 854)
 
 
 @pytest.mark.parametrize(
@@ -91,10 +94,57 @@ def test_stretched_pictures_have_even_sides():
 )  # fmt: skip
 def test_another_angle_is_read_as_the_nearest_quarter_turn(angle, turn, askew):
     c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-    found = Turn.of(SimpleNamespace(side_data={Type.DISPLAYMATRIX: matrix(c, s, -s, c)}))
+    found = turn_by(c, s, -s, c)
     picture = drift(1)[0]
     np.testing.assert_array_equal(found(picture), np.rot90(picture, turn))
     assert found.askew == askew
+
+
+def read_apart(path):
+    """Frames (T, H, W, 3) of a file as another process reads them, which may die of it."""
+    read = (
+        "import sys, numpy as np; from pathlib import Path; from abs_engine.io.video import *; "
+        "path = Path(sys.argv[1]); probe(path); np.save(sys.argv[2], [*read_frames(path)])"
+    )
+    kept = path.with_suffix(".npy")
+    done = subprocess.run(
+        [sys.executable, "-c", read, path, kept], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return np.load(kept)
+
+
+def with_profile():
+    """Bytes of a colour profile, which has a name."""
+    return ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
+
+
+@pytest.mark.parametrize("kind", ["png", "tiff", "webp"])
+@pytest.mark.parametrize("orientation", [None, 1, 2, 4, 5, 6])
+def test_a_picture_with_a_profile_is_read_as_its_exif_says(tmp_path, kind, orientation):
+    picture = Image.fromarray(drift(1)[0])
+    if orientation is not None:
+        picture.getexif()[0x112] = orientation
+    path = tmp_path / f"v.{kind}"
+    quality = {"lossless": True, "exact": True} if kind == "webp" else {}
+    picture.save(path, icc_profile=with_profile(), exif=picture.getexif(), **quality)
+    (frame,) = read_apart(path)
+    upright = np.asarray(ImageOps.exif_transpose(picture))
+    assert np.abs(frame.astype(float) - upright).mean() < 4  # WebP is read by way of YUV
+
+
+def test_a_film_of_pictures_with_a_profile_is_read(tmp_path):
+    Image.fromarray(drift(1)[0]).save(tmp_path / "v.png", icc_profile=with_profile())
+    with av.open(str(tmp_path / "v.mov"), "w") as container:
+        stream = container.add_stream("png", rate=10)
+        (stream.width, stream.height), stream.pix_fmt = SIZE, "rgb24"
+        for k in range(3):
+            packet = av.Packet((tmp_path / "v.png").read_bytes())
+            packet.pts = packet.dts = k
+            packet.stream, packet.time_base = stream, Fraction(1, 10)
+            packet.is_keyframe = True
+            container.mux(packet)
+    np.testing.assert_array_equal(read_apart(tmp_path / "v.mov"), [drift(1)[0]] * 3)
 
 
 def test_a_video_that_is_shown_askew_is_named(tmp_path):

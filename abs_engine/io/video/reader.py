@@ -71,7 +71,8 @@ def probe(path: Path) -> VideoInfo:
         If it is not a video, holds no frame, or breaks off.
     """
     first, aspect = _first_frame(path)
-    height, width = shown_size(first, aspect)
+    turn = Turn.of(first)
+    height, width = shown_size(first, aspect, turn)
     with open_video(path) as container:
         stream = picture_stream(container)
         begins, times, count, still = _survey(path, container, stream)
@@ -88,7 +89,7 @@ def probe(path: Path) -> VideoInfo:
         times=times,
         interlaced=first.interlaced_frame,
         sound=sound,
-        askew=Turn.of(first).askew,
+        askew=turn.askew,
         clock=clock,
         streams=streams,
     )
@@ -107,12 +108,13 @@ def read_frames(path: Path) -> Iterator[Frame]:
     """
     size = None
     for count, (frame, aspect) in enumerate(_decoded(path)):
-        size = size or shown_size(frame, aspect)
-        if shown_size(frame, aspect) != size:
+        turn = Turn.of(frame)
+        size = size or shown_size(frame, aspect, turn)
+        if shown_size(frame, aspect, turn) != size:
             raise VideoError(
                 f"{path} changes its size after {count} frames", "export it at one size"
             )
-        yield shown(frame, aspect)
+        yield shown(frame, aspect, turn)
 
 
 def _decoded(path: Path) -> Iterator[tuple[av.VideoFrame, float]]:

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import av
 import cv2
 import numpy as np
+from av.filter import Graph
 from av.sidedata.sidedata import Type
+from numpy.typing import NDArray
 
 from abs_engine.io.video.writer import Frame
 
 _SQUARE = 0.01  # pixels that are so nearly square are
 _LONGEST = 3.0  # a longer pixel is a mistake in the file
 _ASKEW = 0.02  # of a matrix's largest entry: an angle of about a degree
+_HARMFUL = (Type.ICC_PROFILE.value, 28, 29, 30, 31)
+"""Numbers of what PyAV 18 cannot have beside a frame, AV_FRAME_DATA_... of FFmpeg's frame.h.
+
+It frees a colour profile's name twice, which ends the process, and fails at kinds that it does not
+know: enhancement layers, views, three-dimensional displays, and EXIF, as photographs have.
+"""
 
 
 @dataclass(frozen=True)
@@ -39,10 +48,15 @@ class Turn:
     @staticmethod
     def of(frame: av.VideoFrame) -> Turn:
         """The turn of a frame's display matrix; none where it has no matrix."""
-        beside: Any = frame.side_data  # PyAV's types know of motion vectors alone
+        beside: Any = _harmless(frame).side_data  # PyAV's types know of motion vectors alone
         if Type.DISPLAYMATRIX not in beside:
             return Turn()
-        matrix = np.frombuffer(bytes(beside[Type.DISPLAYMATRIX]), np.int32).reshape(3, 3)
+        return Turn.by(np.frombuffer(bytes(beside[Type.DISPLAYMATRIX]), np.int32))
+
+    @staticmethod
+    def by(display: NDArray[np.int32]) -> Turn:
+        """The turn of a display matrix (9,), see FFmpeg's libavutil/display.h."""
+        matrix = display.reshape(3, 3)
         # x' = a x + c y, y' = b x + d y, with x to the right and y down
         (a, b), (c, d) = matrix[:2, :2].astype(float)
         swapped = bool(abs(b) + abs(c) > abs(a) + abs(d))
@@ -64,19 +78,36 @@ def pixel_aspect(stream: av.VideoStream) -> float:
     return stated if believed else 1.0
 
 
-def shown_size(frame: av.VideoFrame, aspect: float) -> tuple[int, int]:
+def shown_size(frame: av.VideoFrame, aspect: float, turn: Turn) -> tuple[int, int]:
     """Height and width of a frame as shown: stretched along the longer side of its pixels."""
     height, width = _stretched(frame, aspect)
-    return (width, height) if Turn.of(frame).swapped else (height, width)
+    return (width, height) if turn.swapped else (height, width)
 
 
-def shown(frame: av.VideoFrame, aspect: float) -> Frame:
+def shown(frame: av.VideoFrame, aspect: float, turn: Turn) -> Frame:
     """A frame as shown, (H, W, 3) uint8 RGB; no row or column of what was coded is left out."""
     picture = np.asarray(frame.to_ndarray(format="rgb24"), np.uint8)
     height, width = _stretched(frame, aspect)
     if picture.shape[:2] != (height, width):
         picture = np.asarray(cv2.resize(picture, (width, height)), np.uint8)
-    return np.ascontiguousarray(Turn.of(frame)(picture), np.uint8)
+    return np.ascontiguousarray(turn(picture), np.uint8)
+
+
+def _harmless(frame: av.VideoFrame) -> av.VideoFrame:
+    """The same frame without what PyAV cannot have beside it."""
+    graph = Graph()
+    last = graph.add_buffer(
+        width=frame.width, height=frame.height, format=frame.format,
+        time_base=frame.time_base or Fraction(1),
+    )  # fmt: skip
+    for kind in _HARMFUL:
+        without = graph.add("sidedata", f"mode=delete:type={kind}")
+        last.link_to(without)
+        last = without
+    last.link_to(graph.add("buffersink"))
+    graph.configure()
+    graph.vpush(frame)
+    return graph.vpull()
 
 
 def _stretched(frame: av.VideoFrame, aspect: float) -> tuple[int, int]:
