@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 _MOST = 60  # names in a line: every face unit of a head, but not all 700 targets of a film's
 
@@ -15,6 +15,11 @@ def counted(count: int, what: str) -> str:
 def joined(names: Sequence[str], last: str) -> str:
     """Names in a sentence, a word before the last: "a, b or c"."""
     return f" {last} ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
+
+
+def each_counted(counts: Mapping[str, int]) -> str:
+    """Reasons and in how many each: "mouth covered in 16, face not found in 2"."""
+    return ", ".join(f"{reason} in {count}" for reason, count in counts.items())
 
 
 def listed(names: Collection[str]) -> str:

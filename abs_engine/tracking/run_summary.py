@@ -18,6 +18,7 @@ from abs_engine.tracking.run_warnings import (
     doubts,
     little_explained,
     mostly_lost,
+    reasons_lost,
 )
 from abs_engine.tracking.shot_cuts import cut_line
 
@@ -47,6 +48,7 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
     return {
         "frames": len(found),
         "lost_frames": len(found) - len(work),
+        "lost_reasons": reasons_lost(found, arrays["status"]),
         "covered_frames": int(arrays["covered"].sum()),
         "closed_frames": int(arrays["closed"].sum()),
         "mean_evaluations": float(work.mean()) if len(work) else 0.0,

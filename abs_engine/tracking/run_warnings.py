@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.words import counted
+from abs_engine.core.words import counted, each_counted
 from abs_engine.face.appearance.colour import shows_lips
 from abs_engine.face.appearance.exposure import USUAL, Exposure
 from abs_engine.tracking.settings.frames import FRAME_LOOP
@@ -73,13 +73,17 @@ def other_head(misfit: float) -> tuple[str, ...]:
     return (OTHER_HEAD.format(misfit, most),) if misfit > most else ()
 
 
+def reasons_lost(found: NDArray[np.bool_], status: NDArray[np.str_]) -> dict[str, int]:
+    """Reasons why frames (T,) were lost, and how many were for each, the commonest first."""
+    return dict(Counter(status[~found].tolist()).most_common())
+
+
 def mostly_lost(found: NDArray[np.bool_], status: NDArray[np.str_]) -> list[str]:
     """Warning that most frames (T,) were lost, and why, the commonest reason first."""
     lost = len(found) - int(found.sum())
     if lost <= FRAME_LOOP.most_lost * len(found):
         return []
-    reasons = Counter(status[~found].tolist()).most_common()
-    why = ", ".join(f"{reason} in {count}" for reason, count in reasons)
+    why = each_counted(reasons_lost(found, status))
     many = (
         "no frame was tracked"
         if lost == len(found)

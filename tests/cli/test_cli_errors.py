@@ -399,6 +399,13 @@ def test_track_has_no_hint_for_the_cpu_rasteriser(capsys):
     assert not capsys.readouterr().out
 
 
+def test_lost_frames_are_printed_with_their_reasons():
+    told = {"frames": 40, "lost_frames": 16, "closed_frames": 1, "mean_evaluations": 300.0}
+    told |= {"lost_reasons": {"mouth covered": 14, "face not found": 2}}
+    (line,) = summary_lines(told, {"seconds_per_frame": 0.1})
+    assert line.startswith("40 frames, 16 lost (mouth covered in 14, face not found in 2), 1 with")
+
+
 def test_the_warnings_printed_are_those_of_the_run():
     told = {"frames": 5, "lost_frames": 0, "closed_frames": 1, "mean_evaluations": 300.0}
     told |= {"mean_score": 0.6, "warnings": ["look at it"]}

@@ -154,6 +154,7 @@ def test_the_summary(folder):
     assert told["summary"] == {
         "frames": 4,
         "lost_frames": 1,
+        "lost_reasons": {"face not found": 1},
         "covered_frames": 0,
         "closed_frames": 1,
         "mean_evaluations": 321.0,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from abs_engine.core.words import counted
+from abs_engine.core.words import counted, each_counted
 
 
 def summary_lines(summary: dict[str, Any], timing: dict[str, Any], said: str = "") -> Iterator[str]:
@@ -13,8 +13,10 @@ def summary_lines(summary: dict[str, Any], timing: dict[str, Any], said: str = "
 
     Warnings among the lines of `said`, which were printed before, are left out.
     """
+    why = each_counted(summary.get("lost_reasons", {}))
+    lost = f"{summary['lost_frames']} lost" + (f" ({why})" if why else "")
     yield (
-        f"{counted(summary['frames'], 'frame')}, {summary['lost_frames']} lost, "
+        f"{counted(summary['frames'], 'frame')}, {lost}, "
         f"{summary['closed_frames']} with closed lips; "
         f"{summary['mean_evaluations']:.0f} evaluations and "
         f"{timing['seconds_per_frame']:.3f} s a frame"
