@@ -180,7 +180,7 @@ def track_video(
             if prepared is not None:
                 prepared(took)
             if remark is not None and tracker.remarks:
-                remark(tracker.remarks)
+                remark(remark_lines(tracker))
             settings = settings_of(tracker, options) | path_of(video, folder)
             smoothing = None if options.smooth is None else Smoothing.named(options.smooth)
             made.empty()
@@ -198,6 +198,14 @@ def track_video(
     if recorded is not None:
         recorded(tracker, record)
     return told
+
+
+def remark_lines(tracker: ClipTracker) -> str:
+    """The remarks on a clip as they are printed: those that are warnings are named so."""
+    warnings = tracker.setting.warnings
+    return "\n".join(
+        f"warning: {line}" if line in warnings else line for line in tracker.remarks.splitlines()
+    )
 
 
 def _choices(video: Path, options: TrackOptions, beside: Mapping[str, str]) -> str:

@@ -46,6 +46,10 @@ from abs_engine.tracking.worn_place import find_mouth
 
 FORMAT, VERSION = "abs_engine.worn_mouths", 1
 _WHOLE = "these frames show whole faces, which are followed better without --worn"
+_UNLEARNED = (
+    "without a model openings are often far too small, and may all be closed: label frames, learn "
+    "a model with 'mouths', and give it with --model"
+)
 _LAYERS = 3
 _LAYOUT: Layout = {
     "mean": real("width 0", dtype=np.float32),
@@ -110,9 +114,11 @@ def prepare_worn(
     images, opening = found_mouth(clip, options, looks, tell)
     tell("fitting the head")
     made = fitted_clip(clip, speaker, opening, images, options, leaves, renderer)
-    if options.mouth is not None or not _whole_faces(images):
-        return made
-    return replace(made, setting=replace(made.setting, warnings=(_WHOLE,)), remarks=_WHOLE)
+    warnings = [] if options.model_file is not None else [_UNLEARNED]
+    if options.mouth is None and _whole_faces(images):
+        warnings.append(_WHOLE)
+    setting = replace(made.setting, warnings=tuple(warnings))
+    return replace(made, setting=setting, remarks="\n".join(warnings))
 
 
 def found_mouth(

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from runs import lost_result
 
+from abs_engine.tracking.run import remark_lines
 from abs_engine.tracking.run_warnings import (
     all_closed,
     disagreement,
@@ -146,3 +148,9 @@ def test_all_of_it_at_once_and_nothing_at_all():
     bad = dict.fromkeys(GOOD, 0.55)
     assert len(doubts(~NONE, [True] * 40, bad)) == 3
     assert doubts(NONE[:0], [], {}) == []
+
+
+def test_remarks_that_are_warnings_are_printed_as_such():
+    setting = SimpleNamespace(warnings=("the head is another's", "of the setting alone"))
+    tracker = SimpleNamespace(setting=setting, remarks="2 faces\nthe head is another's")
+    assert remark_lines(tracker) == "2 faces\nwarning: the head is another's"

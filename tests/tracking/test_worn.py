@@ -115,6 +115,17 @@ def test_a_run_of_whole_faces_keeps_the_warning(folder):
     assert run.settings["remarks"] == run.warnings[0]
 
 
+def test_a_run_without_a_model_warns_once_and_keeps_it(folder, tmp_path, capsys):
+    words = ["track", str(folder / "new.mp4"), "-o", str(tmp_path / "run"), "--worn"]
+    assert main([*words, "--renderer", "cpu", "--quiet"]) == 0
+    said = [line for line in capsys.readouterr().out.splitlines() if "often far too small" in line]
+    assert len(said) == 1
+    assert said[0].startswith("warning: without a model")
+    assert "'mouths'" in said[0]
+    told = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert said[0].removeprefix("warning: ") in told["summary"]["warnings"]
+
+
 def test_the_mouth_is_found_in_a_close_up():
     images = [close_up("amara", a) for a in OPEN[:2]]
     spot, points = find_mouth(images)
