@@ -19,6 +19,7 @@ from abs_engine.tracking.run_warnings import (
     little_explained,
     mostly_lost,
     reasons_lost,
+    small_mouth,
 )
 from abs_engine.tracking.shot_cuts import cut_line
 
@@ -34,7 +35,8 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
     """
     face = setting.face
     found, cuts = arrays["found"], arrays["index"][arrays["cut"]].tolist()
-    landmarks = _by_landmarks(arrays, face)
+    small = small_mouth(_mouth_width(arrays))
+    landmarks = _by_landmarks(arrays, face, bool(small))
     shots = [cut_line(cuts)] if cuts else []
     score = _mean_score(arrays["score"][found])
     source = _score_of(arrays["term_names"].tolist(), face.name)
@@ -43,7 +45,7 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
     shut = all_closed(arrays["closed"][found], arrays["time"][found])
     doubted = [*lost, *little, *shut, *landmarks.get("warnings", ())]
     hints = [setting.hint] if doubted and setting.hint else []
-    warnings = [*setting.warnings, *shots, *doubted, *hints]
+    warnings = [*setting.warnings, *shots, *small, *doubted, *hints]
     work = arrays["evaluations"][found]
     return {
         "frames": len(found),
@@ -73,8 +75,19 @@ def _score_of(terms: list[str], model: str) -> dict[str, str]:
     return {"score_of": name if model == "head" else f"{model}: {name}"}
 
 
-def _by_landmarks(arrays: Mapping[str, NDArray[Any]], face: Face) -> dict[str, Any]:
-    """Agreement of landmarks and colours, where landmarks were asked."""
+def _mouth_width(arrays: Mapping[str, NDArray[Any]]) -> float:
+    """Width of the mouth in the median tracked frame, px; NaN without any."""
+    found = arrays["found"]
+    if not found.any():
+        return float("nan")
+    away = arrays["translation"][found, 2]
+    return float(np.median(arrays["camera_matrix"][0, 0] * arrays["width"][found] / away))
+
+
+def _by_landmarks(
+    arrays: Mapping[str, NDArray[Any]], face: Face, small: bool = False
+) -> dict[str, Any]:
+    """Agreement of landmarks and colours, where landmarks were asked of a mouth, small or not."""
     asked = arrays["found"] & np.isfinite(arrays["landmark_aperture"])
     if not asked.any() or "colour" not in face.appearance:
         return {}
@@ -93,6 +106,12 @@ def _by_landmarks(arrays: Mapping[str, NDArray[Any]], face: Face) -> dict[str, A
         "colour_agreement": classes.agreement,
         "colour_weight": classes.weight,
         "warnings": doubts(
-            against, held, apart, classes.agreement, classes.chromatic, classes.exposure
+            against,
+            held,
+            apart,
+            classes.agreement,
+            classes.chromatic,
+            classes.exposure,
+            small,
         ),
     }

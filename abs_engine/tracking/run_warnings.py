@@ -55,6 +55,10 @@ OTHER_TALKER = (
     "the talking face explains only {:.0%} of the picture: if it is another person's, or was "
     "learned in other light, track without --model"
 )
+SMALL_MOUTH = (
+    "the mouth is only {} wide in the picture: below {:.0f} its openings are hardly followed; give "
+    "the video at its full size, or film from nearer"
+)
 ALL_CLOSED = (
     "the lips are closed in all {} that were tracked: if the person speaks there, look at the "
     "overlay before you use it"
@@ -128,6 +132,19 @@ def all_closed(closed: NDArray[np.bool_], time: NDArray[np.float64]) -> list[str
     return [ALL_CLOSED.format(counted(len(closed), "frame"))]
 
 
+def small_mouth(width: float) -> list[str]:
+    """Warning that the tracked mouth is too small, if it is.
+
+    Parameters
+    ----------
+    width : float, px
+        Of the mouth in the median frame; NaN without any.
+    """
+    if not width < FRAME_LOOP.least_mouth:
+        return []
+    return [SMALL_MOUTH.format(counted(round(width), "pixel"), FRAME_LOOP.least_mouth)]
+
+
 def disagreement(aperture: float, deviation: float, by_landmarks: float) -> float:
     """Distance of an aperture from that of the landmarks, in their joint standard deviations.
 
@@ -149,6 +166,7 @@ def doubts(
     agreement: float = 1.0,
     chromatic: bool = True,
     exposure: Exposure = USUAL,
+    small: bool = False,
 ) -> list[str]:
     """Doubts that a user should know before believing a run, a line each.
 
@@ -166,6 +184,8 @@ def doubts(
         Whether the video is in colour.
     exposure : Exposure
         Of the face.
+    small : bool
+        Whether the mouth is so small that colours need not agree with landmarks.
     """
     lines = [] if chromatic else [TOO_DARK if exposure.dark else NO_COLOUR]
     if exposure.burnt:
@@ -173,7 +193,7 @@ def doubts(
     if separability and np.mean(list(separability.values())) < FRAME_LOOP.least_separability:
         told = ", ".join(f"{k.replace('_', ' ')} {v:.0%}" for k, v in separability.items())
         lines.append((SAME_COLOUR if shows_lips(separability) else NO_LIPS).format(told))
-    if agreement < FRAME_LOOP.least_agreement:
+    if agreement < FRAME_LOOP.least_agreement and not small:
         lines.append(
             f"by colours alone the mouth opens {max(agreement, 0.0):.0%} as far as by landmarks: "
             "teeth or tongue may be taken for lips; look at the overlay before you use it"

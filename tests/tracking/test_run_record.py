@@ -173,6 +173,16 @@ def test_a_run_that_explains_little_holds_its_warning():
     assert line.startswith("the drawn mouth explains only 60%")
 
 
+@pytest.mark.parametrize(("times", "lines"), [(1.0, 0), (20.0, 1)])
+def test_a_run_of_a_tiny_mouth_holds_its_warning(times, lines):
+    recorder = Recorder(toy_setting())
+    for result in RESULTS_OF_CLIP:
+        pose = result.pose and Pose(result.pose.rotation, times * result.pose.translation)
+        recorder.add(replace(result, pose=pose))
+    warnings = recorder.record().summary["warnings"]
+    assert [line[:21] for line in warnings] == ["the mouth is only 2 p"] * lines
+
+
 @pytest.mark.parametrize(("frames", "lines"), [(70, 1), (60, 0)])
 def test_a_run_whose_lips_never_open_holds_its_warning(frames, lines):
     recorder = Recorder(toy_setting())

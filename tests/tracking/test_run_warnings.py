@@ -17,6 +17,7 @@ from abs_engine.tracking.run_warnings import (
     little_explained,
     mostly_lost,
     other_head,
+    small_mouth,
 )
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
@@ -62,6 +63,13 @@ def test_colours_that_open_the_mouth_less_than_landmarks(told, lines):
     found = doubts(NONE, NONE, GOOD, FRAME_LOOP.least_agreement + told)
     assert len(found) == lines
     assert all("opens 69% as far as by landmarks" in line for line in found)
+
+
+def test_a_mouth_of_some_pixels_is_blamed_in_the_place_of_its_colours():
+    (line,) = small_mouth(6.2)
+    assert line.startswith("the mouth is only 6 pixels wide")
+    assert small_mouth(FRAME_LOOP.least_mouth) == small_mouth(float("nan")) == []
+    assert doubts(NONE, NONE, GOOD, 0.06, small=True) == []
 
 
 def test_colours_that_open_it_the_wrong_way_open_it_by_nothing():

@@ -85,6 +85,11 @@ class FrameSettings:
     longest_closed : float, s
         That lips stay closed in speech: a run warns if they do in all tracked frames of more.
         Measured: in runs of eight clips of GRID and p01 to p16 of the strangers at most 1.93.
+    least_mouth : float, px
+        Width of the mouth, in the median frame, below which a run warns of it alone, and not of
+        colours that disagree with landmarks. Measured with one clip of GRID scaled down: apertures
+        follow those of the full size with r = 0.95 at 12 pixels, 0.50 at 6, 0.45 at 4. The smallest
+        of p01 to p16 of the strangers' clips is 17.
     most_held : float, share of the frames
         Held to the landmarks, above which a run warns. Not measured.
     most_lost : float, share of the frames
@@ -141,6 +146,7 @@ class FrameSettings:
     least_face_score: float = 0.8
     least_talking_score: float = 0.7
     longest_closed: float = 2.5
+    least_mouth: float = 10.0
     most_held: float = 0.1
     most_lost: float = 0.5
     most_speaker_misfit: float = 1.5
