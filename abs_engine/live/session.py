@@ -51,7 +51,7 @@ def learned(
     while True:
         shown = tuple(shot.image for shot in reader.collect(seconds))
         if not shown:
-            remedy = "show a frontal face for some seconds"
+            remedy = "show a whole frontal face for some seconds"
             raise reader.error or FaceNotFoundError(f"{feed.name} showed no face", remedy)
         clip = clip_of(Path(feed.name), info, options, shown)
         try:

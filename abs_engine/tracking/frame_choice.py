@@ -60,7 +60,10 @@ def candidate_frames(
     """
     kept: list[tuple[Image, Seen]] = []
     stride, seen, looked, empty = 1, 0, 0, 0
+    light = Brightness()
     for image, there in found:
+        if there is None:
+            light.add(image)
         if seen == 0 and there is None:
             empty += 1
             continue
@@ -75,8 +78,28 @@ def candidate_frames(
             break
     if seen <= least * (looked + min(empty, PREPARATION.look_at)):
         raise FaceNotFoundError(
-            f"no face was found in {looked + empty - seen} of {looked + empty} frames of {name}",
-            "give a video with a frontal face; one that is there but not found needs --mouth X Y "
-            "WIDTH HEIGHT, the whole mouth in the first frame",
+            f"no face was found in {looked + empty - seen} of {looked + empty} frames of "
+            f"{name}{light.fault()}",
+            "give a video with a whole frontal face; one that is there but not found needs --mouth "
+            "X Y WIDTH HEIGHT, the whole mouth in the first frame",
         )
     return kept
+
+
+class Brightness:
+    """Mean brightness of some frames, as far as it says why no face is seen in them."""
+
+    def __init__(self) -> None:
+        self._sum, self._count = 0.0, 0
+
+    def add(self, image: Image) -> None:
+        """Take in a frame (H, W, 3) RGB."""
+        self._sum, self._count = self._sum + float(image.mean()), self._count + 1
+
+    def fault(self) -> str:
+        """A clause that says that they are too dark or too bright; empty where they are not."""
+        mean = self._sum / max(self._count, 1)
+        if not self._count or PREPARATION.darkest <= mean <= PREPARATION.brightest:
+            return ""
+        kind = "dark" if mean < PREPARATION.darkest else "bright"
+        return f", which are nearly all {kind}: {mean:.0f} of 255 on average"

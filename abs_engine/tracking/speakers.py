@@ -15,6 +15,7 @@ from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.appearance.exposure import Exposure, colourless
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
+from abs_engine.tracking.frame_choice import Brightness
 from abs_engine.tracking.head_pose import placed_fit
 from abs_engine.tracking.heads import correspondence_of, head_setting
 from abs_engine.tracking.light import SkinLight
@@ -141,22 +142,24 @@ class SpeakerClip:
 
     def _seen(self, follower: FaceFollower) -> list[Sighted]:
         """Some of the frames looked at that show the face, beginning with the first that does."""
-        seen, begun = list[Sighted](), None
+        seen, begun, light = list[Sighted](), None, Brightness()
         stride = max(1, self.looked // PREPARATION.learn_from)
         for k, image in enumerate(islice(self.clip.frames(), self.first, None)):
             if k == (PREPARATION.look_at if begun is None else begun + self.looked):
                 break
             marks = follower.step(image)
             if marks is None:
+                light.add(image)
                 continue
             begun = k if begun is None else begun
             if (k - begun) % stride == 0:
                 seen.append((image, marks))
         if not seen:
             raise FaceNotFoundError(
-                f"no face was found in {len(follower.found)} frames of {self.clip.video}",
-                "give a video with a frontal face, or the mouth's box in the first frame with "
-                "--mouth",
+                f"no face was found in {len(follower.found)} frames of {self.clip.video}"
+                f"{light.fault()}",
+                "give a video with a whole frontal face, or the mouth's box in the first frame "
+                "with --mouth",
             )
         return seen
 

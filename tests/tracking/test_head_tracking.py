@@ -51,6 +51,19 @@ def test_frames_after_the_first_ten_seconds_with_a_face_are_not_read():
     assert len(read) == PREPARATION.look_at
 
 
+@pytest.mark.parametrize(
+    ("level", "said"),
+    [(2, "nearly all dark: 2 of 255"), (251, "nearly all bright: 251 of"), (10, ""), (245, "")],
+)
+def test_pictures_that_show_nothing_are_named(level, said):
+    frames = [(np.full((2, 2, 3), level, np.uint8), None)] * 5
+    with pytest.raises(FaceNotFoundError) as caught:
+        choose_frames(iter(frames), "night.mp4")
+    assert said in str(caught.value)
+    assert ("nearly all" in str(caught.value)) == bool(said)
+    assert "a whole frontal face" in str(caught.value)
+
+
 @pytest.mark.parametrize("seen", [0, 5])
 def test_hardly_a_face_is_an_error_that_counts_frames(seen):
     frames = [(SMALL, None)] * 3 + [(SMALL, START)] * seen + [(SMALL, None)] * (60 if seen else 57)

@@ -70,6 +70,11 @@ class PreparationSettings:
         catches the light is else taken for skin, and learned so. Not measured.
     nearer_and_farther : tuple of tuple of float, mm down and share of the depth
         And if it is poor. Not measured.
+    darkest : float, of 255
+        Mean brightness of frames without a face below which that is said of them. Chosen with a
+        clip of GRID, darkened: its face is found at 7, and not at 1.5.
+    brightest : float, of 255
+        The same above which it is said. Not measured.
     least_shown : int, frames
         With a mouth to be seen, from which on those in which it is hidden are left out. Not
         measured.
@@ -143,6 +148,8 @@ class PreparationSettings:
     fuller_upper_lip: float = 1.0
     fuller_lower_lip: float = 1.5
     nearer_and_farther: tuple[tuple[float, float], ...] = ((0.0, -0.15), (0.0, 0.15))
+    darkest: float = 10.0
+    brightest: float = 245.0
     least_shown: int = 3
     person_spread: float = 0.35
     placed_opening: float = 2.5
