@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import Face
+from abs_engine.fit.opening import NAME as OPENING
 from abs_engine.fit.shading import NAME as SHADED
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.loop import HELD
 from abs_engine.tracking.run_warnings import (
     all_closed,
+    close_up,
     doubts,
     little_explained,
     mostly_lost,
@@ -36,6 +38,8 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
     face = setting.face
     found, cuts = arrays["found"], arrays["index"][arrays["cut"]].tolist()
     small = small_mouth(_mouth_width(arrays))
+    worn = OPENING in arrays["term_names"]
+    near = [] if worn else close_up(_pixel(arrays), setting.camera.size)
     landmarks = _by_landmarks(arrays, face, bool(small))
     shots = [cut_line(cuts)] if cuts else []
     score = _mean_score(arrays["score"][found])
@@ -45,7 +49,7 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
     shut = all_closed(arrays["closed"][found], arrays["time"][found])
     doubted = [*lost, *little, *shut, *landmarks.get("warnings", ())]
     hints = [setting.hint] if doubted and setting.hint else []
-    warnings = [*setting.warnings, *shots, *small, *doubted, *hints]
+    warnings = [*setting.warnings, *shots, *small, *near, *doubted, *hints]
     work = arrays["evaluations"][found]
     return {
         "frames": len(found),
@@ -82,6 +86,12 @@ def _mouth_width(arrays: Mapping[str, NDArray[Any]]) -> float:
         return float("nan")
     away = arrays["translation"][found, 2]
     return float(np.median(arrays["camera_matrix"][0, 0] * arrays["width"][found] / away))
+
+
+def _pixel(arrays: Mapping[str, NDArray[Any]]) -> float:
+    """Millimetres that a pixel covers at the head in the median tracked frame; NaN without any."""
+    away = arrays["translation"][arrays["found"], 2]
+    return float(np.median(away) / arrays["camera_matrix"][0, 0]) if len(away) else float("nan")
 
 
 def _by_landmarks(

@@ -59,6 +59,10 @@ SMALL_MOUTH = (
     "the mouth is only {} wide in the picture: below {:.0f} its openings are hardly followed; give "
     "the video at its full size, or film from nearer"
 )
+CLOSE_UP = (
+    "the face reaches far beyond the picture: a close-up of the mouth, by a camera that is worn, "
+    "is for --worn"
+)
 ALL_CLOSED = (
     "the lips are closed in all {} that were tracked: if the person speaks there, look at the "
     "overlay before you use it"
@@ -143,6 +147,20 @@ def small_mouth(width: float) -> list[str]:
     if not width < FRAME_LOOP.least_mouth:
         return []
     return [SMALL_MOUTH.format(counted(round(width), "pixel"), FRAME_LOOP.least_mouth)]
+
+
+def close_up(pixel: float, size: tuple[int, int]) -> list[str]:
+    """Warning that the picture shows a part of the face alone, if it does.
+
+    Parameters
+    ----------
+    pixel : float, mm
+        That a pixel covers of the face in the median frame; NaN without any.
+    size : tuple of int, px
+        Of the picture.
+    """
+    face = FRAME_LOOP.face_height / pixel
+    return [CLOSE_UP] if face > FRAME_LOOP.most_face * min(size) else []
 
 
 def disagreement(aperture: float, deviation: float, by_landmarks: float) -> float:

@@ -183,6 +183,16 @@ def test_a_run_of_a_tiny_mouth_holds_its_warning(times, lines):
     assert [line[:21] for line in warnings] == ["the mouth is only 2 p"] * lines
 
 
+@pytest.mark.parametrize(("times", "lines"), [(1.0, 0), (0.3, 1)])
+def test_a_run_of_a_part_of_a_face_holds_its_warning(times, lines):
+    recorder = Recorder(toy_setting())
+    for result in RESULTS_OF_CLIP:
+        pose = result.pose and Pose(result.pose.rotation, times * result.pose.translation)
+        recorder.add(replace(result, pose=pose))
+    warnings = recorder.record().summary["warnings"]
+    assert [line.endswith("for --worn") for line in warnings] == [True] * lines
+
+
 @pytest.mark.parametrize(("frames", "lines"), [(70, 1), (60, 0)])
 def test_a_run_whose_lips_never_open_holds_its_warning(frames, lines):
     recorder = Recorder(toy_setting())
