@@ -7,12 +7,16 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from abs_engine.capture.corpus import Corpus
+from abs_engine.capture.exchanged import exchanged, most_often
 from abs_engine.capture.recorded import RecordedPoints
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 
 _WILD = 150.0
 """mm from its median place at which no point of a face can be. Chosen: a chin moves by 50 mm."""
+_MOVED = 7.0
+"""mm from their median places that two points lie at least if they have each other's. Measured with
+what else `exchanged` asks for."""
 _BEHIND = -10.0
 """mm in front of the upper front teeth's edge that lips lie at least. Chosen: usual 2 to 12."""
 
@@ -36,6 +40,24 @@ def check_wild(recording: RecordedPoints, used: Sequence[int], names: Collection
                 "place",
                 "correct it, or leave it empty there; if the head moves, name the upper teeth",
             )
+
+
+def check_exchanged(recording: RecordedPoints, used: Sequence[int], names: Collection[str]) -> None:
+    """Raise `ParameterError` where two named points have each other's place in a used frame."""
+    frames = np.array(used)
+    seen = np.isfinite(recording.points[frames]).all(axis=2).any(axis=0)
+    at = [k for k, name in enumerate(recording.names) if name in names and seen[k]]
+    points = recording.points[frames][:, at]
+    usual = np.broadcast_to(np.nanmedian(points, axis=0), points.shape)
+    off = np.asarray(np.linalg.norm(points - usual, axis=2) > _MOVED, np.bool_)
+    pairs = exchanged(points, usual, off)
+    if pairs:
+        a, b, said = most_often(pairs, [recording.first + frame for frame in used])
+        raise ParameterError(
+            f"the points '{recording.names[at[a]]}' and '{recording.names[at[b]]}' have each "
+            f"other's place in frame {said}",
+            "exchange their names there",
+        )
 
 
 def check_lips(corpus: Corpus) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from abs_engine.capture.corpus import FORMAT as CORPUS
 from abs_engine.capture.corpus import Corpus, bite_plane, load_corpus
-from abs_engine.capture.corpus_checks import check_lips, check_wild
+from abs_engine.capture.corpus_checks import check_exchanged, check_lips, check_wild
 from abs_engine.capture.corpus_table import HOW, CorpusTable, read_table
 from abs_engine.capture.markers import read_markers
 from abs_engine.capture.observations import FORMAT as OBSERVATIONS
@@ -222,7 +222,9 @@ def _assembled(path: Path, recording: RecordedPoints, table: CorpusTable) -> Cor
         recording = _on_bite_plane(recording, marks, used)
     shown = np.stack([_mean(recording.points[start : end + 1]) for start, end in spans.values()])
     try:
-        check_wild(recording, used, {name for group in table.groups.values() for name in group})
+        named = {name for group in table.groups.values() for name in group}
+        check_wild(recording, used, named)
+        check_exchanged(recording, used, named)
         check_size(shown)
         made = Corpus(shown, names, tuple(spans), table.groups, source=path.name)
         check_lips(made)

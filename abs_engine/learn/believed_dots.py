@@ -10,15 +10,13 @@ and with nothing hidden by 0.62.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 
+from abs_engine.capture.exchanged import exchanged, most_often
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.learn.settings import LEARNING
-
-_NAMED = 6  # frames that a message names, at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,16 +145,9 @@ def _check_names(
     dots: FloatArray, guess: FloatArray, jumped: BoolArray, names: tuple[str, ...]
 ) -> None:
     """Refuse dots that lie where each other should be."""
-    swapped: dict[tuple[int, int], list[int]] = {}
-    for frame in np.flatnonzero(jumped.sum(axis=1) >= 2):
-        for a, b in combinations(np.flatnonzero(jumped[frame]).tolist(), 2):
-            crossed = dots[frame, [b, a]] - guess[frame, [a, b]]
-            own = dots[frame, [a, b]] - guess[frame, [a, b]]
-            if np.linalg.norm(crossed) < 0.5 * np.linalg.norm(own):
-                swapped.setdefault((a, b), []).append(int(frame))
+    swapped = exchanged(dots, guess, jumped)
     if swapped:
-        (a, b), frames = max(swapped.items(), key=lambda item: len(item[1]))
-        said = ", ".join(map(str, frames[:_NAMED])) + (", ..." if len(frames) > _NAMED else "")
+        a, b, said = most_often(swapped, range(len(dots)))
         raise ParameterError(
             f"the dots {names[a]} and {names[b]} have each other's place in frame {said}",
             "exchange them there: correct them and observe again, or edit the marker file",

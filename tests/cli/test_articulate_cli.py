@@ -325,6 +325,15 @@ def test_a_marker_that_flew_off_is_named_with_its_frame(tmp_path: Path, capsys):
     assert "10 (p3)" in out
 
 
+def test_points_that_bear_each_other_s_names_are_named_with_their_frames(tmp_path: Path, capsys):
+    points = recorded()[1]
+    far = np.linalg.norm(points[:, :1, :] - points[:, :12], axis=2)[10]
+    other = int(far.argmax())
+    points[10, [0, other]] = points[10, [other, 0]]
+    said = f"{NAMES[0]}' and '{NAMES[other]}' have each other's place in frame 10; exchange their"
+    check_refused(tmp_path, capsys, written(tmp_path, points), said)
+
+
 def test_a_table_may_have_capitals_but_no_semicolons(tmp_path: Path, capsys):
     words = written(tmp_path, recorded()[1])
     roles = tmp_path / "roles.csv"

@@ -1,0 +1,51 @@
+"""Points that bear each other's names in some frames, as beads that were mixed up do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from abs_engine.core.arrays import BoolArray, FloatArray
+
+_NEARER = 0.5
+"""Share of how far two points are off that is left once they are exchanged, if they were mixed up.
+Measured about medians in corpora of six bundled and four drawn people, of 275 and of 30 points, of
+68, 8 and 5 visemes: none of 420 is refused as it is. Of 900 pairs that were mixed up in one viseme,
+all 850 that lie 20 mm or more apart are named, 40 of 41 that lie 10 to 20 mm apart, 2 of 9
+others."""
+_NAMED = 6
+"""Frames that a message names at most. Chosen."""
+
+Pairs = dict[tuple[int, int], list[int]]
+
+
+def exchanged(points: FloatArray, usual: FloatArray, off: BoolArray) -> Pairs:
+    """Pairs of points that lie where each other should be, with their frames.
+
+    Parameters
+    ----------
+    points : (T, K, 3) float64, mm
+    usual : (T, K, 3) float64, mm
+        Places at which they should be.
+    off : (T, K) bool
+        Points to look at, as they are off.
+    """
+    found: Pairs = {}
+    for frame in np.flatnonzero(off.sum(axis=1) >= 2):
+        at = np.flatnonzero(off[frame])
+        own = ((points[frame, at] - usual[frame, at]) ** 2).sum(axis=1)
+        across = ((points[frame, at][:, None] - usual[frame, at]) ** 2).sum(axis=2)
+        nearer = across + across.T < _NEARER**2 * (own[:, None] + own)
+        for a, b in combinations(range(len(at)), 2):
+            if nearer[a, b]:
+                found.setdefault((int(at[a]), int(at[b])), []).append(int(frame))
+    return found
+
+
+def most_often(pairs: Pairs, numbers: Sequence[int]) -> tuple[int, int, str]:
+    """The pair found in most frames, and the numbers of these in words."""
+    (a, b), frames = max(pairs.items(), key=lambda item: len(item[1]))
+    said = ", ".join(str(numbers[frame]) for frame in frames[:_NAMED])
+    return a, b, said + (", ..." if len(frames) > _NAMED else "")
