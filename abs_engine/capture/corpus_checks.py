@@ -14,11 +14,30 @@ from abs_engine.core.errors import ParameterError
 
 _WILD = 150.0
 """mm from its median place at which no point of a face can be. Chosen: a chin moves by 50 mm."""
+_WIDE = 200.0
+"""mm from their middle at which half of a face's points may lie. Chosen: usual 20 to 70, and 200
+and more if mm are taken for cm."""
 _MOVED = 7.0
 """mm from their median places that two points lie at least if they have each other's. Measured with
 what else `exchanged` asks for."""
 _BEHIND = -10.0
 """mm in front of the upper front teeth's edge that lips lie at least. Chosen: usual 2 to 12."""
+
+
+def check_unit(recording: RecordedPoints, used: Sequence[int], names: Collection[str]) -> None:
+    """Raise `ParameterError` where the named points lie too far apart for a face in used frames."""
+    at = [k for k, name in enumerate(recording.names) if name in names]
+    points = recording.points[np.array(used)][:, at]
+    whole = points[np.isfinite(points).all(axis=2).any(axis=1)]
+    if not whole.size:
+        return
+    away = np.linalg.norm(whole - np.nanmedian(whole, axis=1, keepdims=True), axis=2)
+    wide = float(np.median(np.nanmedian(away, axis=1)))
+    if wide > _WIDE:
+        raise ParameterError(
+            f"half of the points of the face lie {wide:.0f} mm or more from their middle",
+            "is --unit right? without it, points are in mm",
+        )
 
 
 def check_wild(recording: RecordedPoints, used: Sequence[int], names: Collection[str]) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from abs_engine.capture.corpus import FORMAT as CORPUS
 from abs_engine.capture.corpus import Corpus, bite_plane, load_corpus
-from abs_engine.capture.corpus_checks import check_exchanged, check_lips, check_wild
+from abs_engine.capture.corpus_checks import check_exchanged, check_lips, check_unit, check_wild
 from abs_engine.capture.corpus_table import HOW, CorpusTable, read_table
 from abs_engine.capture.markers import read_markers
 from abs_engine.capture.observations import FORMAT as OBSERVATIONS
@@ -223,6 +223,7 @@ def _assembled(path: Path, recording: RecordedPoints, table: CorpusTable) -> Cor
     shown = np.stack([_mean(recording.points[start : end + 1]) for start, end in spans.values()])
     try:
         named = {name for group in table.groups.values() for name in group}
+        check_unit(recording, used, named)
         check_wild(recording, used, named)
         check_exchanged(recording, used, named)
         check_size(shown)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
+from abs_engine.core.words import counted
 from abs_engine.face.appearance.opening import (
     ACROSS,
     CENTRE,
@@ -64,6 +65,18 @@ def spot_of(points: Sequence[FloatArray]) -> MouthSpot:
     """Place of a clip's mouth, by points (8, 2) of some of its frames."""
     left, right = np.median(np.stack(points)[:, :2], axis=0)
     return MouthSpot.between(left, right)
+
+
+def doubt(mouths: Sequence[LabelledMouth]) -> list[str]:
+    """A warning if there are few labelled frames or videos to learn from; else none."""
+    videos = len({mouth.spot for mouth in mouths})
+    if len(mouths) >= LEARNING.opening_frames and videos >= LEARNING.opening_videos:
+        return []
+    return [
+        f"warning: {counted(len(mouths), 'frame')} of {counted(videos, 'video')} may show too "
+        f"little to learn from; label {LEARNING.opening_frames} or more, of at least "
+        f"{LEARNING.opening_videos} people"
+    ]
 
 
 def learn_opening(mouths: Sequence[LabelledMouth], seed: int = 0) -> OpeningLooks:

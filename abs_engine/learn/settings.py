@@ -110,6 +110,11 @@ class LearningSettings:
         That lie elsewhere. Not measured.
     opening_reach : float, px
         Above and below the corners that are learned from. Not measured.
+    opening_frames : int, frames
+        Labelled, below which `mouths` warns. Chosen: what is measured was learned from 63 labelled
+        frames of nine people; fewer were not measured.
+    opening_videos : int, videos
+        Labelled, below which it warns, as they cannot show as many people. Chosen likewise.
     network_hidden : int
         Units of a hidden layer. Decided after a look at all ten speakers of the TaL corpus; not
         measured.
@@ -168,6 +173,8 @@ class LearningSettings:
     opening_near: float = 4.0
     opening_anywhere: float = 0.15
     opening_reach: float = 34.0
+    opening_frames: int = 20
+    opening_videos: int = 3
     network_hidden: int = 48
     network_epochs: int = 12
     network_batch: int = 256

@@ -113,7 +113,7 @@ def test_missing_points_are_kept_out_or_imputed_by_name(
     words = written(tmp_path, points)
     assert main(words) == 2
     line = capsys.readouterr().err
-    assert "2 of 12 points are missing in some visemes: p5, p9" in line
+    assert "2 of 12 points are missing in some visemes: p5, p9; keep them out with --mi" in line
     assert main([*words, "--missing", "drop"]) == 0
     assert "kept out, 2 points missing in some visemes: p5, p9" in capsys.readouterr().out
     assert main([*words[:-1], str(tmp_path / "b"), "--missing", "impute"]) == 0
@@ -332,6 +332,11 @@ def test_points_that_bear_each_other_s_names_are_named_with_their_frames(tmp_pat
     points[10, [0, other]] = points[10, [other, 0]]
     said = f"{NAMES[0]}' and '{NAMES[other]}' have each other's place in frame 10; exchange their"
     check_refused(tmp_path, capsys, written(tmp_path, points), said)
+
+
+def test_points_in_a_smaller_unit_than_is_said_are_not_a_wild_marker(tmp_path: Path, capsys):
+    words = [*written(tmp_path, recorded()[1], "npz"), "--unit", "m"]
+    check_refused(tmp_path, capsys, words, "mm or more from their middle; is --unit right?")
 
 
 def test_a_table_may_have_capitals_but_no_semicolons(tmp_path: Path, capsys):

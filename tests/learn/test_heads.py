@@ -226,6 +226,23 @@ def test_targets_that_are_no_motion_are_refused(folder, sign, says):
             mesh=mesh)  # fmt: skip
 
 
+@pytest.mark.parametrize("times", [0.001, 0.01, 1000])
+def test_targets_in_another_unit_than_the_head_are_said_to_be(folder, times):
+    mesh = read_morphs(folder / "head.glb")
+    own = np.float32(mesh.vertices)
+    jaw = np.float32(times) * (mesh.targets["jawOpen"] + own) - own
+    mesh = replace(mesh, targets={**mesh.targets, "jawOpen": jaw})
+    refused(ParameterError, "jawOpen .* seems to be in another unit than the head", folder=folder,
+            mesh=mesh)  # fmt: skip
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("times", [1e-18, 0])
+def test_a_head_in_a_tiny_unit_is_said_to_be_small(times):
+    with pytest.raises(ParameterError, match="the eyes' outer corners are"):
+        head_frame(HEAD.vertices.astype(float) * times, MARKS, None)
+
+
 @pytest.mark.parametrize(
     ("degrees", "shift"),
     [((0, 30, 0), (0, 0, 0)), ((10, 12, 8), (0, 0, 0)), ((50, 40, -30), (900, 0, 20)),

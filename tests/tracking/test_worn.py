@@ -16,7 +16,14 @@ from abs_engine.cli import main
 from abs_engine.core.camera import Camera
 from abs_engine.face.appearance.opening import MouthSpot, OpeningLooks
 from abs_engine.face.rings import lip_rings
-from abs_engine.learn.opening import POINTS, learn_opening, sides_of
+from abs_engine.learn.opening import (
+    POINTS,
+    LabelledMouth,
+    doubt,
+    learn_opening,
+    sides_of,
+    spot_of,
+)
 from abs_engine.tracking.initial_pose import with_mouth_at
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.worn import _whole_faces, load_looks
@@ -83,6 +90,17 @@ def folder(tmp_path_factory):
     labels = write_labels(made)
     assert main(["mouths", str(labels), "-o", str(made / "mouths.face"), "--quiet"]) == 0
     return made
+
+
+@pytest.mark.parametrize(("frames", "videos", "warned"), [(20, 3, 0), (19, 3, 1), (40, 2, 1)])
+def test_few_labelled_frames_or_videos_are_warned_of(frames, videos, warned):
+    points = inner_points("amara", 0.5)
+    spots = [spot_of([points + k]) for k in range(videos)]
+    mouths = [LabelledMouth(np.zeros((2, 2, 3), np.uint8), points, spots[k % videos])
+              for k in range(frames)]  # fmt: skip
+    said = doubt(mouths)
+    assert len(said) == warned
+    assert not said or f"warning: {frames} frames of {videos} videos may show too" in said[0]
 
 
 @pytest.fixture(scope="module")

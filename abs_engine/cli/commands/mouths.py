@@ -32,7 +32,7 @@ in pixels, whose centres are at integers. Where lips are closed, the upper and l
 def mouths(chosen: Chosen) -> Done:
     """Learn how mouths open in close-ups, from labelled frames."""
     check_free(chosen.output, take.FACE)
-    from abs_engine.learn.opening import learn_opening
+    from abs_engine.learn.opening import doubt, learn_opening
     from abs_engine.tracking.worn import save_looks
     from abs_engine.tracking.worn_labels import read_mouths
 
@@ -43,6 +43,10 @@ def mouths(chosen: Chosen) -> Done:
         looks = learn_opening(labelled, chosen.seed)
     save_looks(looks, chosen.output)
     return Done(
-        [f"learned from {counted(len(labelled), 'frame')}", f"wrote {chosen.output}"],
+        [
+            f"learned from {counted(len(labelled), 'frame')}",
+            *doubt(labelled),
+            f"wrote {chosen.output}",
+        ],
         {"output": chosen.output, "frames": len(labelled)},
     )

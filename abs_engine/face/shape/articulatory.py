@@ -209,11 +209,11 @@ class GuidedPCA:
         if self.missing == "refuse":
             raise TooFewPointsError(
                 f"{len(bad)} of {len(refused)} points are missing in some visemes: {few}",
-                "choose missing 'drop', which keeps them out, or 'impute'",
+                "keep them out with --missing drop, or fill them in with --missing impute",
             )
         raise TooFewPointsError(
             f"{len(bad)} points are missing in all visemes: {few}",
-            "choose missing 'drop', which keeps them out",
+            "keep them out with --missing drop",
         )
 
 

@@ -17,6 +17,9 @@ LARGEST = 20.0
 """mm that no face unit moves the eyes' corners or the nose by. Chosen: ICT's do by up to 3."""
 _ALIKE = 0.9
 """Correlation of displacements with the head itself, above which they are places. Chosen."""
+_RESCALED = 5.0
+"""Times as large or small as the head, from which on a face is in another unit. Chosen: of mm, cm,
+inches and m, the nearest are 2.5 and the next 10 times each other."""
 _ASIDE = 0.15
 """Share of a mouth's width that a ring may begin away from its right end. Chosen."""
 _BELOW = 0.05
@@ -48,11 +51,14 @@ def check_units(units: NDArray[np.float32], vertices: FloatArray, marks: Marks) 
         raise ParameterError(
             f"{FACE_UNITS[worst]} moves the corners of the eyes or the tip of the nose by "
             f"{far[worst]:.0f} mm",
-            _remedy(_likeness(units[worst], vertices)),
+            _remedy(units[worst], vertices),
         )
 
 
-def _remedy(likeness: float) -> str:
+def _remedy(moved: NDArray[np.float32], vertices: FloatArray) -> str:
+    if _in_another_unit(moved + vertices, vertices):
+        return "its file seems to be in another unit than the head: scale it to the head's"
+    likeness = _likeness(moved, vertices)
     if likeness < -_ALIKE:
         return "its file seems to hold differences from the neutral head: give whole heads"
     if likeness > _ALIKE:
@@ -60,7 +66,16 @@ def _remedy(likeness: float) -> str:
     return "give the motion of the face alone, with the head at rest"
 
 
-def _likeness(moved: NDArray[np.float32], vertices: FloatArray) -> float:
+def _in_another_unit(places: FloatArray, vertices: FloatArray) -> bool:
+    """Whether places (V, 3) are the head's, but much larger or smaller."""
+    times = np.linalg.norm(places - places.mean(axis=0)) / np.linalg.norm(
+        vertices - vertices.mean(axis=0)
+    )
+    alike = _likeness(places, vertices) > _ALIKE
+    return bool(alike and not 1 / _RESCALED < times < _RESCALED)
+
+
+def _likeness(moved: NDArray[np.floating], vertices: FloatArray) -> float:
     """Correlation of displacements with places (V, 3)."""
     one, other = moved - moved.mean(axis=0), vertices - vertices.mean(axis=0)
     size = float(np.linalg.norm(one) * np.linalg.norm(other))

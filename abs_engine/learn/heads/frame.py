@@ -65,6 +65,10 @@ def head_frame(vertices: FloatArray, marks: Marks, length: str | None) -> HeadFr
     _check_eyes(vertices[marks.eye_corners])
     at = vertices[np.r_[marks.eye_corners[:4], marks.nose_tip[:1], marks.chin[:1]]]
     own, usual = at - at.mean(axis=0), _USUAL - _USUAL.mean(axis=0)
+    extent = float(np.linalg.norm(own))
+    if not extent:
+        _millimetres(0.0, length)  # which refuses it
+    own = own / extent  # of any unit, however small
     whole = Rotation.align_vectors(usual, own)[0].as_matrix()
     turned, size = own @ whole.T, np.linalg.norm(own) * np.linalg.norm(usual)
     likeness = float((turned * usual).sum() / max(size, 1e-12))
