@@ -40,6 +40,7 @@ from abs_engine.tracking.recordings import (
     check_same,
     check_variety,
     check_videos,
+    doubt_same,
     load_recording,
     mouth_box,
 )
@@ -106,6 +107,36 @@ def test_the_recording_of_another_person_is_named():
         check_same([*same, recording("stranger.mp4", widened=0.1)], load_speaker())
     with pytest.raises(OtherPersonError, match=r"0\.mp4 and stranger\.mp4"):
         check_same([same[0], recording("stranger.mp4", widened=0.1)], load_speaker())
+
+
+def test_a_face_of_another_shape_is_doubted():
+    """Wider, by less than is refused; not one that is only higher or deeper."""
+    same = [recording(f"{k}.mp4", widened=0.002 * k) for k in range(4)]
+    wide = recording("stranger.mp4", widened=0.04)
+    speaker = load_speaker()
+    assert doubt_same(same, speaker) is doubt_same(same[:1], speaker) is None
+    check_same([*same, wide], speaker)
+    number, said = doubt_same([*same, wide], speaker)
+    assert number == 4
+    assert "warning: may not show the same person as the others: the shape of" in said
+    assert "same person as 0.mp4:" in doubt_same([same[0], wide], speaker)[1]
+    high = replace(same[0], head=same[0].head * np.array([1, 1.02, 0.98], np.float32))
+    assert doubt_same([same[0], high], speaker) is None
+
+
+def test_speaker_warns_of_a_recording_that_it_doubts(tmp_path, capsys, monkeypatch):
+    folders = [tmp_path / name for name in ("own", "again", "stranger")]
+    for folder in folders:
+        folder.mkdir()
+    made = {one: recording(one, widened=0.04 * (one.name == "stranger")) for one in folders}
+    where = "abs_engine.tracking.recordings"
+    monkeypatch.setattr(f"{where}.load_recording", lambda path, _: made[path])
+    monkeypatch.setattr(f"{where}.check_videos", lambda _: (96, 80))
+    monkeypatch.setattr("abs_engine.tracking.recorded_frames.check_colours", lambda _: None)
+    words = ["speaker", *map(str, folders), "-o", str(tmp_path / "me.face")]
+    assert main([*words, "--renderer", "cpu"]) == 2  # there is no film to learn from
+    said = capsys.readouterr()
+    assert "stranger: warning: may not show the same person as the oth" in said.out + said.err
 
 
 def test_heads_are_compared_in_one_size():

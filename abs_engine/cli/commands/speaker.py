@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from abs_engine.cli.parts import options as take
@@ -11,6 +12,10 @@ from abs_engine.cli.parts.progress import Progress
 from abs_engine.io.files import check_free
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from abs_engine.io.assets import Speaker
+    from abs_engine.tracking.recordings import Recording
     from abs_engine.tracking.speaker_learning import Learned
 
 
@@ -64,6 +69,7 @@ def speaker(chosen: Chosen) -> Done:
                 runs[path] = tracked(path, renderer, options)
                 for line in runs[path].remarks:
                     progress.remark(f"{path.name}: {line}")
+        _doubt(runs, paths, head, progress)
         recordings = [runs[path] for path in paths]
         done = learn_speaker(recordings, renderer, options, chosen.rounds, progress.announce)
         done.face.save(chosen.output)
@@ -72,6 +78,21 @@ def speaker(chosen: Chosen) -> Done:
         **_facts(chosen, done),
     }
     return Done([*done.lines(), f"wrote {chosen.output}"], facts)
+
+
+def _doubt(
+    runs: dict[Path, Recording], paths: list[Path], head: Speaker, progress: Progress
+) -> None:
+    """Remark on a recording that may show another person; refuse one that does."""
+    from abs_engine.tracking.recordings import check_same, doubt_same
+
+    recordings = [runs[path] for path in paths]
+    check_same(recordings, head)
+    doubt = doubt_same(recordings, head)
+    if doubt is not None:
+        path, line = paths[doubt[0]], doubt[1]
+        progress.remark(f"{path.name}: {line}")
+        runs[path] = replace(runs[path], remarks=(*runs[path].remarks, line))
 
 
 def _facts(chosen: Chosen, done: Learned) -> dict[str, object]:
