@@ -14,8 +14,10 @@ from abs_engine.face.appearance import colour_maps
 from abs_engine.face.appearance.chroma import matched
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES, EACH_LIP, features
-from abs_engine.face.appearance.colour_prior import lit_share
+from abs_engine.face.appearance.colour_learning import mixed_with
+from abs_engine.face.appearance.colour_prior import lit_share, with_shade
 from abs_engine.face.appearance.colours_by_head import PLACES, learn_placed
+from abs_engine.face.appearance.mixture import Mixture
 from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.settings.colour import COLOURS
 
@@ -100,6 +102,52 @@ def shut_and_bared(shut):
         planes = np.stack([of == place for place in range(len(PLACES))]).astype(float)
         priors.append(0.95 * np.stack([cv2.GaussianBlur(p, (0, 0), 2.0) for p in planes]))
     return learn_placed(images, priors)
+
+
+def soft(seed):
+    """The mouth with edges as soft as a video's, its lips paler here and darker there."""
+    where, rng = labels(), np.random.default_rng(seed)
+    tones = 10 * cv2.GaussianBlur(rng.normal(0, 40, SHAPE), (0, 0), 3)
+    colours = np.array([SKIN, LIPS, LIPS, DARK], float)[where]
+    colours += (tones * np.isin(where, (UPPER, LOWER)))[..., None] * [0.3, 1.0, 1.0]
+    grain = rng.normal(0, 3, colours.shape)
+    return np.uint8(np.clip(cv2.GaussianBlur(colours, (0, 0), 2.5) + grain, 0, 255))
+
+
+def test_the_soft_edge_of_lips_that_vary_is_in_its_middle():
+    images = [soft(seed) for seed in range(3)]
+    classes = learn_placed(images, [places()] * 3)
+    skin, lips, _, _ = np.mean([classes.probabilities(image) for image in images], axis=0)
+    bottom = [np.flatnonzero(column)[-1] for column in (lips > skin)[:, 44:53].T]
+    true = [np.flatnonzero(column)[-1] for column in (labels() == LOWER)[:, 44:53].T]
+    assert abs(np.mean(bottom) - np.mean(true)) < 0.5  # 0.9 px too low before it was mixed
+
+
+def one_colour(mean, sd):
+    return Mixture(np.ones(1), np.array([mean]), np.diag(np.square(sd))[None])
+
+
+def test_skin_is_as_dense_as_lips_half_way_to_them_and_else_as_before():
+    skin = one_colour([0.42, 0.31, 0.0], [0.004, 0.004, 0.03])
+    lips = with_shade(one_colour([0.50, 0.25, -0.1], [0.02, 0.015, 0.06]))
+    mixed, often = mixed_with(skin, [lips])
+    middle = np.array([[0.46, 0.28, -0.05]])
+    assert skin.density(middle) < 0.01 * lips.density(middle)
+    assert often * mixed.density(middle) == pytest.approx(lips.density(middle), rel=1e-6)
+    assert mixed.weights.sum() == pytest.approx(1)
+    assert often * mixed.density(skin.means) == pytest.approx(skin.density(skin.means), rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("skin_sd", "lip_mean"),
+    [([0.03, 0.03, 0.1], [0.50, 0.25, -0.1]), ([0.004, 0.004, 0.03], [0.421, 0.309, -0.2])],
+    ids=["skin that varies as much", "lips without a colour of their own"],
+)
+def test_skin_that_lacks_nothing_is_left_as_it_is(skin_sd, lip_mean):
+    skin = one_colour([0.42, 0.31, 0.0], skin_sd)
+    mixed, often = mixed_with(skin, [with_shade(one_colour(lip_mean, [0.02, 0.015, 0.06]))])
+    assert often == 1
+    assert np.array_equal(mixed.means, skin.means)
 
 
 def test_teeth_in_light_differ_from_those_in_shade():

@@ -7,7 +7,7 @@ below the lip and at the corners changes, is taken as less certain than it was i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -208,6 +208,42 @@ def bordered(mixture: Mixture, axis: FloatArray) -> Mixture:
     lips vary more than skin: the drawn lips would grow by a pixel.
     """
     return Mixture(mixture.weights, mixture.means, mixture.covariances + np.outer(axis, axis))
+
+
+def mixed_with(skin: Mixture, lips: Sequence[Mixture]) -> tuple[Mixture, float]:
+    """Skin with the colours in which it mixes with each lip, and by how much more frequent it is.
+
+    Where lips turn to skin over several pixels, those in between count as lips if these vary more
+    than skin does, and the drawn lips grow by a pixel or two. Half-way from skin to a lip, skin is
+    now at least as dense. In a video without colour there is no way from one to the other.
+
+    Parameters
+    ----------
+    skin : Mixture
+    lips : sequence of Mixture
+        Each lip, of `with_shade`: its last component, in shade, does not count.
+    """
+    found = [part for lip in lips if (part := _between(skin, lip)) is not None]
+    share = 1 + sum(float(part.weights[0]) for part in found)
+    weights = np.concatenate([skin.weights, *(part.weights for part in found)])
+    means = np.vstack([skin.means, *(part.means for part in found)])
+    covariances = np.concatenate([skin.covariances, *(part.covariances for part in found)])
+    return Mixture(weights / share, means, covariances), share
+
+
+def _between(skin: Mixture, lip: Mixture) -> Mixture | None:
+    """Colours that skin lacks of those that mix it with a lip; None if it lacks none."""
+    lit, own = lip.part(slice(0, len(lip.weights) - 1)).as_one(), skin.weights @ skin.means
+    way = lit.means[0] - own
+    middle = (own + 0.5 * way)[None]
+    lacking = lip.density(middle) - skin.density(middle)
+    if np.linalg.norm(way[:2]) < COLOURS.least_mixed or float(lacking[0]) <= 0:
+        return None
+    across = np.eye(3) - np.outer(way, way) / (way @ way)
+    within = np.tensordot(lip.weights, lip.covariances, 1)
+    spread = across @ within @ across + COLOURS.mixed_spread**2 * np.outer(way, way)
+    one = Mixture(np.ones(1), (own + COLOURS.mixed_way * way)[None], spread[None])
+    return replace(one, weights=lacking / one.density(middle))
 
 
 def shaded(mixture: Mixture, amount: float) -> Mixture:

@@ -25,6 +25,7 @@ from abs_engine.face.appearance.colour_learning import (
     assembled,
     border_axis,
     bordered,
+    mixed_with,
     posterior,
     shaded,
     skin_of,
@@ -88,9 +89,12 @@ def learn_placed(
     whole = assembled(skin, both, inside, reference)
     axis = border_axis(skin, both)
     told = {n: _told_apart(samples, prior, k, skin, each[n]) for k, n in enumerate(EACH_LIP, 1)}
+    wide = {n: bordered(m, axis) for n, m in each.items()}
+    mixed, more = mixed_with(whole.mixtures["skin"], list(wide.values()))
     return replace(
         whole,
-        mixtures=whole.mixtures | {n: bordered(m, axis) for n, m in each.items()},
+        mixtures=whole.mixtures | wide | {"skin": mixed},
+        priors=whole.priors * np.r_[more, 1.0, 1.0, 1.0],
         separability=told,
     )
 
