@@ -241,6 +241,8 @@ def test_targets_in_another_unit_than_the_head_are_said_to_be(folder, times):
 def test_a_head_in_a_tiny_unit_is_said_to_be_small(times):
     with pytest.raises(ParameterError, match="the eyes' outer corners are"):
         head_frame(HEAD.vertices.astype(float) * times, MARKS, None)
+    with pytest.raises(ParameterError, match="the eyes' outer corners are"):
+        head_frame(np.round(HEAD.vertices.astype(float) * 1e-7, 5), MARKS, None)
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,8 @@ _USUAL = np.array(
 """Corners of the eyes, tip of the nose and chin of a usual head, mm, head frame."""
 _LIKE = 0.9
 """Least correlation of a face's landmarks with the usual ones. Chosen: ICT's people have 0.98."""
+_SMALL = 0.2
+"""Share of a usual face's size, below which landmarks are of no face in the largest unit. Chosen."""
 _OBLIQUE = 5.0
 """Degrees from right angles that are left: ICT's people nod by 4, in the median. Chosen."""
 _FAR = 20.0
@@ -65,10 +67,9 @@ def head_frame(vertices: FloatArray, marks: Marks, length: str | None) -> HeadFr
     _check_eyes(vertices[marks.eye_corners])
     at = vertices[np.r_[marks.eye_corners[:4], marks.nose_tip[:1], marks.chin[:1]]]
     own, usual = at - at.mean(axis=0), _USUAL - _USUAL.mean(axis=0)
-    extent = float(np.linalg.norm(own))
-    if not extent:
-        _millimetres(0.0, length)  # which refuses it
-    own = own / extent  # of any unit, however small
+    eyes, extent = float(np.linalg.norm(at[3] - at[0])), float(np.linalg.norm(own))
+    if extent * max(UNITS.values()) < _SMALL * np.linalg.norm(usual):
+        _millimetres(eyes, length)  # refuses it, before rounded places pass for a wrong order
     whole = Rotation.align_vectors(usual, own)[0].as_matrix()
     turned, size = own @ whole.T, np.linalg.norm(own) * np.linalg.norm(usual)
     likeness = float((turned * usual).sum() / max(size, 1e-12))
@@ -79,7 +80,6 @@ def head_frame(vertices: FloatArray, marks: Marks, length: str | None) -> HeadFr
         )
     right = max(_turns(), key=lambda turn: float((turn * whole).sum()))
     upright = Rotation.from_matrix(whole @ right.T).magnitude() <= np.radians(_OBLIQUE)
-    eyes = float(np.linalg.norm(at[3] - at[0]))
     matrix = (right if upright else whole) * _millimetres(eyes, length)
     off = matrix @ vertices[marks.eye_corners].mean(axis=0) - _USUAL[:4].mean(axis=0)
     stays = upright and np.linalg.norm(off) <= _FAR
