@@ -22,7 +22,7 @@ _USUAL = np.array(
 _LIKE = 0.9
 """Least correlation of a face's landmarks with the usual ones. Chosen: ICT's people have 0.98."""
 _SMALL = 0.2
-"""Share of a usual face's size, below which landmarks are of no face in the largest unit. Chosen."""
+"""Share of a usual face, below which landmarks are of none in the largest unit. Chosen."""
 _OBLIQUE = 5.0
 """Degrees from right angles that are left: ICT's people nod by 4, in the median. Chosen."""
 _FAR = 20.0
