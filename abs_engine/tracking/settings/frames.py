@@ -133,9 +133,9 @@ class FrameSettings:
         warns. Chosen on 12 strangers and 7 clips of one person (s1 of GRID): up to 0.85 within the
         person, 1.47 and more between people. Measured on the other 11 and 7: up to 1.16, and 1.37
         and more; in all 666 pairs no false warning, and all 16 that `same_speaker` lets pass are
-        warned of. But what is left out was chosen with all of them in view. With two clips of s1, a stranger is missed once in 230 times. It only warns, as
-        one clip of a person differs from itself by 0.9 to 2.1 in grey, by 1.9 darker, by 1.6 in
-        noise.
+        warned of; but what is left out was chosen with all of them in view. With two clips of s1, a
+        stranger is missed once in 230 times. It only warns, as one clip of a person differs from
+        itself by 0.9 to 2.1 in grey, by 1.9 darker, by 1.6 in noise.
     """
 
     recent: int = 25
