@@ -74,7 +74,7 @@ def check_exchanged(recording: RecordedPoints, used: Sequence[int], names: Colle
         a, b, said = most_often(pairs, [recording.first + frame for frame in used])
         raise ParameterError(
             f"the points '{recording.names[at[a]]}' and '{recording.names[at[b]]}' have each "
-            f"other's place in frame {said}",
+            f"other's places in {said}",
             "exchange their names there",
         )
 

@@ -48,4 +48,5 @@ def most_often(pairs: Pairs, numbers: Sequence[int]) -> tuple[int, int, str]:
     """The pair found in most frames, and the numbers of these in words."""
     (a, b), frames = max(pairs.items(), key=lambda item: len(item[1]))
     said = ", ".join(str(numbers[frame]) for frame in frames[:_NAMED])
-    return a, b, said + (", ..." if len(frames) > _NAMED else "")
+    word = "frame" if len(frames) == 1 else "frames"
+    return a, b, f"{word} {said}{', ...' if len(frames) > _NAMED else ''}"

@@ -149,7 +149,7 @@ def _check_names(
     if swapped:
         a, b, said = most_often(swapped, range(len(dots)))
         raise ParameterError(
-            f"the dots {names[a]} and {names[b]} have each other's place in frame {said}",
+            f"the dots {names[a]} and {names[b]} have each other's places in {said}",
             "exchange them there: correct them and observe again, or edit the marker file",
         )
 

@@ -11,6 +11,7 @@ from typing import Any
 from abs_engine.core.provenance import code_digest, made_by
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset import Truth, load_truth
+from abs_engine.evaluate.catalogue import warn_of_faults
 from abs_engine.evaluate.line_of_sight import position_errors
 from abs_engine.evaluate.score import Score
 from abs_engine.evaluate.score_table import as_json, shown, title, used
@@ -156,6 +157,7 @@ def _evaluated(
     shutil.rmtree(folder, ignore_errors=True)  # of a process killed just then
     folder.mkdir()
     arrays = load_run(run_folder)
+    warn_of_faults()
     scores = run_scores(run_folder, truth)
     (folder / SCORES).write_text(as_json({RUN: scores}, made_by()), encoding="utf-8")
     draw(arrays, truth, folder)

@@ -102,4 +102,4 @@ class Brightness:
         if not self._count or PREPARATION.darkest <= mean <= PREPARATION.brightest:
             return ""
         kind = "dark" if mean < PREPARATION.darkest else "bright"
-        return f", which are nearly all {kind}: {mean:.0f} of 255 on average"
+        return f", which are too {kind}: {mean:.0f} of 255 on average"

@@ -53,7 +53,7 @@ OTHER_HEAD = (
 OTHERS = "the face explains only {:.0%} of the picture: is it this speaker's?"
 OTHER_TALKER = (
     "the talking face explains only {:.0%} of the picture: if it is another person's, or was "
-    "learned in other light, track without --model"
+    "learned in other light, track without --model and --preset"
 )
 SMALL_MOUTH = (
     "the mouth is only {} wide in the picture: below {:.0f} its openings are hardly followed; give "
@@ -146,7 +146,7 @@ def small_mouth(width: float) -> list[str]:
     """
     if not width < FRAME_LOOP.least_mouth:
         return []
-    return [SMALL_MOUTH.format(counted(round(width), "pixel"), FRAME_LOOP.least_mouth)]
+    return [SMALL_MOUTH.format(counted(int(width), "pixel"), FRAME_LOOP.least_mouth)]
 
 
 def close_up(pixel: float, size: tuple[int, int]) -> list[str]:

@@ -47,8 +47,8 @@ from abs_engine.tracking.worn_place import find_mouth
 FORMAT, VERSION = "abs_engine.worn_mouths", 1
 _WHOLE = "these frames show whole faces, which are followed better without --worn"
 _UNLEARNED = (
-    "without a model openings are often far too small, and may all be closed: label frames, learn "
-    "a model with 'mouths', and give it with --model"
+    "without a model openings are often far too small, and lips may come out closed throughout: "
+    "label frames, learn a model with 'mouths', and give it with --model"
 )
 _LAYERS = 3
 _LAYOUT: Layout = {

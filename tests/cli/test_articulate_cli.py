@@ -330,7 +330,7 @@ def test_points_that_bear_each_other_s_names_are_named_with_their_frames(tmp_pat
     far = np.linalg.norm(points[:, :1, :] - points[:, :12], axis=2)[10]
     other = int(far.argmax())
     points[10, [0, other]] = points[10, [other, 0]]
-    said = f"{NAMES[0]}' and '{NAMES[other]}' have each other's place in frame 10; exchange their"
+    said = f"{NAMES[0]}' and '{NAMES[other]}' have each other's places in frame 10; exchange their"
     check_refused(tmp_path, capsys, written(tmp_path, points), said)
 
 

@@ -119,15 +119,15 @@ def with_profile():
     return ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
 
 
-@pytest.mark.parametrize("kind", ["png", "tiff", "webp"])
+@pytest.mark.parametrize("kind", ["png", "tiff", "webp", "jpeg"])
 @pytest.mark.parametrize("orientation", [None, 1, 2, 4, 5, 6])
 def test_a_picture_with_a_profile_is_read_as_its_exif_says(tmp_path, kind, orientation):
     picture = Image.fromarray(drift(1)[0])
     if orientation is not None:
         picture.getexif()[0x112] = orientation
     path = tmp_path / f"v.{kind}"
-    quality = {"lossless": True, "exact": True} if kind == "webp" else {}
-    picture.save(path, icc_profile=with_profile(), exif=picture.getexif(), **quality)
+    exactly = {"webp": {"lossless": True, "exact": True}, "jpeg": {"quality": 95, "subsampling": 0}}
+    picture.save(path, icc_profile=with_profile(), exif=picture.getexif(), **exactly.get(kind, {}))
     (frame,) = read_apart(path)
     upright = np.asarray(ImageOps.exif_transpose(picture))
     assert np.abs(frame.astype(float) - upright).mean() < 4  # WebP is read by way of YUV

@@ -157,7 +157,7 @@ def test_dots_that_have_each_others_names_are_refused():
     for a, b in ((2, 5), (8, 9)):
         points = SEEN.points.copy()
         points[40:43, [a, b]] = points[40:43, [b, a]]
-        with pytest.raises(ParameterError, match="have each other's place in frame 40, 41, 42"):
+        with pytest.raises(ParameterError, match="have each other's places in frames 40, 41, 42"):
             train(replace(SEEN, points=points), SPEAKER, "clara", shell=SHELL)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from abs_engine.core.errors import FaceNotFoundError
@@ -14,10 +15,12 @@ from abs_engine.tracking.speakers import SpeakerClip
 
 
 def looked_at(shows, looked, first=0):
-    """Frames chosen of a clip whose frames are numbers, of which some show a face."""
-    clip = SimpleNamespace(frames=lambda: iter(range(400)), video=Path("a.mp4"))
-    follower = SimpleNamespace(step=lambda k: k if shows(k) else None, found=[])
-    return [k for k, _ in SpeakerClip(clip, LARGEST, None, None, first, looked)._seen(follower)]
+    """Frames chosen of a clip whose frames hold their numbers; some of them show a face."""
+    frames = [np.full((1, 1, 3), k) for k in range(400)]
+    clip = SimpleNamespace(frames=lambda: iter(frames), video=Path("a.mp4"))
+    follower = SimpleNamespace(step=lambda i: i.max() if shows(i.max()) else None, found=[])
+    seen = SpeakerClip(clip, LARGEST, None, None, first, looked)._seen(follower)
+    return [image.max() for image, _ in seen]
 
 
 @pytest.mark.parametrize(

@@ -215,7 +215,7 @@ def mixed_with(skin: Mixture, lips: Sequence[Mixture]) -> tuple[Mixture, float]:
 
     Where lips turn to skin over several pixels, those in between count as lips if these vary more
     than skin does, and the drawn lips grow by a pixel or two. Half-way from skin to a lip, skin is
-    now at least as dense. In a video without colour there is no way from one to the other.
+    now at least as dense. Lips with the skin's own chroma are left out.
 
     Parameters
     ----------

@@ -68,8 +68,8 @@ class ColourSettings:
     mixed_spread : float, share of the way from skin to a lip
         Standard deviation of that. Not measured.
     least_mixed : float, chromaticity
-        Of the way from skin to a lip, below which they are not taken to mix. It leaves out videos
-        without colour: mixed, p13 has r of 0.90 in place of 0.93. Not measured further.
+        Of the way from skin to a lip, below which they are not taken to mix: there is hardly a way
+        then, as in a black and white video. Not measured.
     palest : float, share of the way from skin to teeth
         By which a component of the skin is at most paler than the most frequent one, or it is
         teeth. Measured: 0.4 and less in clips whose skin held no teeth, 1.6 where it did.
