@@ -146,7 +146,7 @@ def small_mouth(width: float) -> list[str]:
     """
     if not width < FRAME_LOOP.least_mouth:
         return []
-    return [SMALL_MOUTH.format(counted(int(width), "pixel"), FRAME_LOOP.least_mouth)]
+    return [SMALL_MOUTH.format(f"{width:.1f} pixels", FRAME_LOOP.least_mouth)]
 
 
 def close_up(pixel: float, size: tuple[int, int]) -> list[str]:

@@ -180,7 +180,7 @@ def test_a_run_of_a_tiny_mouth_holds_its_warning(times, lines):
         pose = result.pose and Pose(result.pose.rotation, times * result.pose.translation)
         recorder.add(replace(result, pose=pose))
     warnings = recorder.record().summary["warnings"]
-    assert [line[:21] for line in warnings] == ["the mouth is only 2 p"] * lines
+    assert [line[:22] for line in warnings] == ["the mouth is only 1.7 "] * lines
 
 
 @pytest.mark.parametrize(("times", "lines"), [(1.0, 0), (0.3, 1)])

@@ -67,7 +67,7 @@ def test_colours_that_open_the_mouth_less_than_landmarks(told, lines):
 
 def test_a_mouth_of_some_pixels_is_blamed_in_the_place_of_its_colours():
     (line,) = small_mouth(6.2)
-    assert line.startswith("the mouth is only 6 pixels wide")
+    assert line.startswith("the mouth is only 6.2 pixels wide")
     assert small_mouth(FRAME_LOOP.least_mouth) == small_mouth(float("nan")) == []
     assert doubts(NONE, NONE, GOOD, 0.06, small=True) == []
 
