@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import DRIVERS, MODELS
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
@@ -281,6 +282,19 @@ class Model:
     ) -> ClipTracker:
         """Make a clip ready."""
         return self.prepare(clip, options, leaves, renderer, stage)
+
+
+def own_file(options: TrackOptions, face: str, example: str) -> Path:
+    """File of a face that is a person's own.
+
+    Raises
+    ------
+    ParameterError
+        If none is given; `face` says which face has one, `example` is the name of such a file.
+    """
+    if options.model_file is None:
+        raise ParameterError(face, f"give its file: --model {example}")
+    return options.model_file
 
 
 def model_named(name: str) -> Model:

@@ -27,6 +27,7 @@ from abs_engine.tracking.options import (
     Model,
     Tell,
     TrackOptions,
+    own_file,
 )
 from abs_engine.tracking.person_fit import FittedPerson, Sighted
 from abs_engine.tracking.run_warnings import FACE_COLOURS, UNCOVERED, other_head
@@ -60,9 +61,7 @@ def prepare_speaker(
 
 
 def _path(options: TrackOptions) -> Path:
-    if options.model_file is None:
-        raise ParameterError("a speaker's face is learned", "give its file: --model me.face")
-    return options.model_file
+    return own_file(options, "a speaker's face is learned", "me.face")
 
 
 def check_speaker_face(options: TrackOptions, leaves: Leaves) -> None:

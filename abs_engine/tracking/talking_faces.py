@@ -22,7 +22,16 @@ from abs_engine.learn.training import checksum
 from abs_engine.tracking.blob_start import by_blobs
 from abs_engine.tracking.face_frame import FaceBinder
 from abs_engine.tracking.heads import by_landmarks, correspondence_of
-from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Model, Tell, TrackOptions
+from abs_engine.tracking.options import (
+    BLOBS,
+    Clip,
+    ClipTracker,
+    Leaves,
+    Model,
+    Tell,
+    TrackOptions,
+    own_file,
+)
 from abs_engine.tracking.over_face import over_face
 
 
@@ -66,9 +75,7 @@ class Talker:
 
 
 def _path(options: TrackOptions) -> Path:
-    if options.model_file is None:
-        raise ParameterError("a talking face is a speaker's own", "give its file: --model face.npz")
-    return options.model_file
+    return own_file(options, "a talking face is a speaker's own", "face.npz")
 
 
 def check_talker(options: TrackOptions, leaves: Leaves) -> None:
