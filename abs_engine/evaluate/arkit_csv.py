@@ -23,6 +23,7 @@ from abs_engine.dataset.timecode import seconds_since_first
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.estimate import Areas, Estimate, LinearSurface, PointTrack
 from abs_engine.evaluate.landmark_csv import Reference
+from abs_engine.face.schema import Unit
 from abs_engine.io.assets import CLOSED_APERTURE
 from abs_engine.io.csv_table import Table, read_table
 
@@ -84,7 +85,7 @@ def read_arkit(
 
 def is_arkit(columns: Sequence[str]) -> bool:
     """Whether a file with these columns holds face units."""
-    return "jawopen" in {name.lower() for name in columns}
+    return Unit.JAW_OPEN.lower() in {name.lower() for name in columns}
 
 
 def _lower_case(table: Table) -> Table:

@@ -15,25 +15,25 @@ from abs_engine.dataset.timecode import base_below, seconds_since_first, timecod
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun
 from abs_engine.export.face_units import unit_loss, unit_weights
 from abs_engine.export.reading import compared, numbers, text_cells
+from abs_engine.face.schema import SHIFTS, Pair, Unit, units_of
 
+_OF_AN_EYE = (
+    Pair.EYE_BLINK, Pair.EYE_LOOK_DOWN, Pair.EYE_LOOK_IN, Pair.EYE_LOOK_OUT, Pair.EYE_LOOK_UP,
+    Pair.EYE_SQUINT, Pair.EYE_WIDE,
+)  # fmt: skip
 ORDER = (
-    "eyeBlinkLeft", "eyeLookDownLeft", "eyeLookInLeft", "eyeLookOutLeft", "eyeLookUpLeft",
-    "eyeSquintLeft", "eyeWideLeft", "eyeBlinkRight", "eyeLookDownRight", "eyeLookInRight",
-    "eyeLookOutRight", "eyeLookUpRight", "eyeSquintRight", "eyeWideRight", "jawForward",
-    "jawLeft", "jawRight", "jawOpen", "mouthClose", "mouthFunnel", "mouthPucker", "mouthLeft",
-    "mouthRight", "mouthSmileLeft", "mouthSmileRight", "mouthFrownLeft", "mouthFrownRight",
-    "mouthDimpleLeft", "mouthDimpleRight", "mouthStretchLeft", "mouthStretchRight",
-    "mouthRollLower", "mouthRollUpper", "mouthShrugLower", "mouthShrugUpper", "mouthPressLeft",
-    "mouthPressRight", "mouthLowerDownLeft", "mouthLowerDownRight", "mouthUpperUpLeft",
-    "mouthUpperUpRight", "browDownLeft", "browDownRight", "browInnerUp", "browOuterUpLeft",
-    "browOuterUpRight", "cheekPuff", "cheekSquintLeft", "cheekSquintRight", "noseSneerLeft",
-    "noseSneerRight", "tongueOut",
+    *(units_of(movement)[side] for side in (0, 1) for movement in _OF_AN_EYE),
+    *units_of(
+        Unit.JAW_FORWARD, Unit.JAW_LEFT, Unit.JAW_RIGHT, Unit.JAW_OPEN, Unit.MOUTH_CLOSE,
+        Unit.MOUTH_FUNNEL, Unit.MOUTH_PUCKER, Unit.MOUTH_LEFT, Unit.MOUTH_RIGHT, Pair.MOUTH_SMILE,
+        Pair.MOUTH_FROWN, Pair.MOUTH_DIMPLE, Pair.MOUTH_STRETCH, Unit.MOUTH_ROLL_LOWER,
+        Unit.MOUTH_ROLL_UPPER, Unit.MOUTH_SHRUG_LOWER, Unit.MOUTH_SHRUG_UPPER, Pair.MOUTH_PRESS,
+        Pair.MOUTH_LOWER_DOWN, Pair.MOUTH_UPPER_UP, Pair.BROW_DOWN, Unit.BROW_INNER_UP,
+        Pair.BROW_OUTER_UP, Unit.CHEEK_PUFF, Pair.CHEEK_SQUINT, Pair.NOSE_SNEER, Unit.TONGUE_OUT,
+    ),
 )  # fmt: skip
 """ARKit's units as packets have them; the head's yaw, pitch and roll follow, and both eyes'."""
-_IN_FILES = {
-    "jawLeft": "jawRight", "jawRight": "jawLeft",
-    "mouthLeft": "mouthRight", "mouthRight": "mouthLeft",
-}  # fmt: skip
+_IN_FILES = {a: b for pair in SHIFTS for a, b in (pair, pair[::-1])}
 """Files of the app have these the other way around."""
 HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
 EYES = tuple(

@@ -17,23 +17,24 @@ from abs_engine.core.scene import Scene
 from abs_engine.face.base import lip_aperture
 from abs_engine.face.mouth_fields import mouth_fields
 from abs_engine.face.rings import rings_of
-from abs_engine.face.schema import PERSON_TARGETS
+from abs_engine.face.schema import PERSON_TARGETS, Pair, Unit, by_unit
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units
 from abs_engine.io.assets import Speaker
 
-# Postures that a fit is started from, in weights of face units
-PROTOTYPES: tuple[dict[str, float], ...] = (
+_POSTURES: tuple[dict[str, float], ...] = (
     {},
-    {"mouthPressLeft": 0.3, "mouthPressRight": 0.3, "jawOpen": 0.03},
-    {"jawOpen": 0.08},
-    {"jawOpen": 0.2, "mouthUpperUpLeft": 0.2, "mouthUpperUpRight": 0.2},
-    {"jawOpen": 0.35},
-    {"jawOpen": 0.15, "mouthFunnel": 0.4, "mouthPucker": 0.5},
-    {"jawOpen": 0.12, "mouthStretchLeft": 0.4, "mouthStretchRight": 0.4},
-    {"mouthRollLower": 0.6, "mouthUpperUpLeft": 0.3, "mouthUpperUpRight": 0.3, "jawOpen": 0.08},
+    {Pair.MOUTH_PRESS: 0.3, Unit.JAW_OPEN: 0.03},
+    {Unit.JAW_OPEN: 0.08},
+    {Unit.JAW_OPEN: 0.2, Pair.MOUTH_UPPER_UP: 0.2},
+    {Unit.JAW_OPEN: 0.35},
+    {Unit.JAW_OPEN: 0.15, Unit.MOUTH_FUNNEL: 0.4, Unit.MOUTH_PUCKER: 0.5},
+    {Unit.JAW_OPEN: 0.12, Pair.MOUTH_STRETCH: 0.4},
+    {Unit.MOUTH_ROLL_LOWER: 0.6, Pair.MOUTH_UPPER_UP: 0.3, Unit.JAW_OPEN: 0.08},
 )
+PROTOTYPES = tuple(map(by_unit, _POSTURES))
+"""Postures that a fit is started from, in weights of face units."""
 
 
 # Facet classes by the colour class that they show; others are not compared

@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.threads import kept
-from abs_engine.face.schema import COMPONENT, PERSON
+from abs_engine.face.schema import COMPONENT, MACRO, PERSON, less_of
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.population import average_person, expected, load_population
 from abs_engine.face.shape.proportions import proportioned
 from abs_engine.face.shape.smooth import mirrored_modes
 from abs_engine.io.assets import Speaker
-
-_OPPOSITE = {"incr": "decr", "up": "down", "forward": "backward", "out": "in"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +99,7 @@ def _anybody(factor: float) -> tuple[Speaker, NDArray[np.float32]]:
 
 
 def _directions(index: dict[str, int]) -> Iterator[tuple[str, FloatArray]]:
+    less = {name: less_of(name) for name in index}
     for name, k in index.items():
         row = np.zeros(len(index))
         if name.startswith(PERSON):
@@ -109,12 +108,10 @@ def _directions(index: dict[str, int]) -> Iterator[tuple[str, FloatArray]]:
             row[k] = 1.0
             yield name, row
             continue
-        stem, _, end = name.rpartition("-")
-        other = f"{stem}-{_OPPOSITE.get(end, '')}"
-        if other in index:
+        if (other := less[name]) in index:
             row[k], row[index[other]] = 0.5 * SHAPE.target_pair, -0.5 * SHAPE.target_pair
-        elif any(f"{stem}-{more}" in index and _OPPOSITE[more] == end for more in _OPPOSITE):
+        elif name in less.values():
             continue  # the other of a pair
         else:
-            row[k] = SHAPE.target_macro if name.startswith("macro/") else SHAPE.target_alone
+            row[k] = SHAPE.target_macro if name.startswith(MACRO) else SHAPE.target_alone
         yield name, row

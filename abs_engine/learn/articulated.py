@@ -16,12 +16,13 @@ from abs_engine.face.compared import STEP, ComparedHead
 from abs_engine.face.head import colour_classes
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.rings import jaw_ring, lip_rings
+from abs_engine.face.schema import BROWS, Pair, units_of
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulatory import Build, dense_head
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.spoken import SpokenCorpus
 
-_UPPER = {"eyeBlink": 1.0, "brow": 0.25}
+_UPPER = dict.fromkeys(units_of(Pair.EYE_BLINK), 1.0) | dict.fromkeys(BROWS, 0.25)
 _INSIDE = ("inner_mouth", "upper_teeth", "lower_teeth", "tongue")
 
 
@@ -133,8 +134,7 @@ def _still(speaker: Speaker) -> BoolArray:
     """Mask of the vertices (V,) that blinks and brows leave where they are."""
     moved = np.zeros(len(speaker.vertices))
     for unit, offsets in zip(speaker.unit_names, speaker.units, strict=True):
-        weight = max((w for name, w in _UPPER.items() if unit.startswith(name)), default=0.0)
-        if weight:
+        if weight := _UPPER.get(unit, 0.0):
             moved = np.maximum(moved, weight * np.linalg.norm(offsets.astype(np.float64), axis=1))
     return np.asarray(moved < LEARNING.still)
 

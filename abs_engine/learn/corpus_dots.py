@@ -9,6 +9,7 @@ import numpy as np
 from abs_engine.capture.dot_annotations import LIPS16, LIPS17
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.geometry import vertex_normals
+from abs_engine.face.schema import BROWS, EYES, Pair, units_of
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.choice import Points, choose_points
@@ -18,7 +19,7 @@ SKULL = "skull"
 """Group of the dots that neither speech nor the jaw moves."""
 _SKULL_AT = ((0, 72), (25, 70), (-25, 70), (47, 63), (-47, 63), (0, 36), (9, 27), (-9, 27))
 """mm, head frame, across and up: forehead, temples and the root of the nose."""
-_MIMIC = ("eye", "brow", "noseSneer")  # face units that are at rest while visemes are said
+_MIMIC = (*EYES, *BROWS, *units_of(Pair.NOSE_SNEER))  # at rest while visemes are said
 
 
 def corpus_dots(speaker: Speaker) -> Points:
@@ -57,7 +58,7 @@ def _distance(place: FloatArray, vertex: int, others: Iterable[int]) -> float:
 
 def _skull(speaker: Speaker, seen: BoolArray) -> list[int]:
     """Vertices that no unit of speech moves."""
-    used = tuple(name for name in speaker.unit_names if not name.startswith(_MIMIC))
+    used = tuple(name for name in speaker.unit_names if name not in _MIMIC)
     moved = np.linalg.norm(speaker.unit_matrix(used), axis=2).max(axis=0)
     skin = speaker.vertices_of("skin").astype(np.int64)
     pool = skin[seen[skin] & (moved[skin] < LEARNING.still)]

@@ -12,6 +12,7 @@ from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import FACING, Pose
+from abs_engine.face.schema import Pair, Unit, units_of
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.speech.contact import ContactSolver
 from abs_engine.studio.speech.lips import Lips
@@ -189,14 +190,13 @@ def expression(
         lids = np.maximum(lids, _bump((times - at) / 0.16))
         at += float(rng.uniform(2.0, 3.2))
     brows = 0.12 * (1 + np.sin(2 * np.pi * (0.35 * times + rng.uniform())))
-    for name, curve in (
-        ("eyeBlinkLeft", lids),
-        ("eyeBlinkRight", lids),
-        ("browInnerUp", brows),
-        ("browOuterUpLeft", 0.6 * brows),
-        ("browOuterUpRight", 0.6 * brows),
+    for movement, curve in (
+        (Pair.EYE_BLINK, lids),
+        (Unit.BROW_INNER_UP, brows),
+        (Pair.BROW_OUTER_UP, 0.6 * brows),
     ):
-        out[:, unit_names.index(name)] = curve
+        for name in units_of(movement):
+            out[:, unit_names.index(name)] = curve
     return out
 
 

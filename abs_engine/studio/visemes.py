@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError
-
-_PAIRED = ("Smile", "Press", "Stretch", "UpperUp", "LowerDown", "Frown", "Dimple")
+from abs_engine.face.schema import Pair, Unit, by_unit
 
 
 @dataclass(frozen=True)
@@ -22,7 +21,7 @@ class Viseme:
     ----------
     name : str
     units : mapping of str to float
-        Weights of face units; 'Smile' stands for mouthSmileLeft and mouthSmileRight.
+        Weights of face units; a `Pair` stands for both of its own.
     seconds : float
         From the middle of the movement into it to the middle of the one out of it.
     hold : float
@@ -37,37 +36,34 @@ class Viseme:
     def weights(self, unit_names: tuple[str, ...]) -> NDArray[np.float64]:
         """Weights (N,) in the order of `unit_names`."""
         out = np.zeros(len(unit_names))
-        for unit, value in self.units.items():
-            for name in _long_names(unit, unit_names):
-                out[unit_names.index(name)] = value
+        for unit, value in by_unit(self.units).items():
+            out[unit_names.index(unit)] = value
         return out
 
 
-def _long_names(unit: str, unit_names: tuple[str, ...]) -> tuple[str, ...]:
-    if unit in unit_names:
-        return (unit,)
-    sides = ("Left", "Right") if unit in _PAIRED else ("",)
-    return tuple(f"mouth{unit}{side}" for side in sides)
-
+_JAW, _PRESS, _SMILE = Unit.JAW_OPEN, Pair.MOUTH_PRESS, Pair.MOUTH_SMILE
+_STRETCH, _UPPER, _LOWER = Pair.MOUTH_STRETCH, Pair.MOUTH_UPPER_UP, Pair.MOUTH_LOWER_DOWN
+_PUCKER, _FUNNEL = Unit.MOUTH_PUCKER, Unit.MOUTH_FUNNEL
+_ROLL_LOWER, _ROLL_UPPER = Unit.MOUTH_ROLL_LOWER, Unit.MOUTH_ROLL_UPPER
 
 # A little jawOpen goes with units that would press one lip into the other (see PROVENANCE.md).
 VISEMES: dict[str, Viseme] = {
     v.name: v
     for v in (
         Viseme("rest", {}, 0.24, 0.12),
-        Viseme("p", {"Press": 0.30, "Pucker": 0.15, "jawOpen": 0.01}, 0.15, 0.09),
-        Viseme("m", {"RollLower": 0.15, "RollUpper": 0.15, "Pucker": 0.1}, 0.16, 0.10),
-        Viseme("f", {"jawOpen": 0.07, "RollLower": 0.65, "UpperUp": 0.30}, 0.16, 0.06),
-        Viseme("a", {"jawOpen": 0.58, "LowerDown": 0.20, "UpperUp": 0.10}, 0.24, 0.06),
-        Viseme("e", {"jawOpen": 0.28, "Stretch": 0.30, "Smile": 0.20, "LowerDown": 0.10}, 0.20),
-        Viseme("i", {"jawOpen": 0.13, "Stretch": 0.35, "Smile": 0.45, "LowerDown": 0.35}, 0.20),
-        Viseme("o", {"jawOpen": 0.30, "Funnel": 0.50, "Pucker": 0.35}, 0.22, 0.06),
-        Viseme("u", {"jawOpen": 0.13, "Pucker": 0.70, "Funnel": 0.15}, 0.22, 0.06),
-        Viseme("w", {"jawOpen": 0.165, "Pucker": 0.85}, 0.16, 0.04),
-        Viseme("s", {"jawOpen": 0.06, "Stretch": 0.20, "LowerDown": 0.30, "UpperUp": 0.20}, 0.14),
-        Viseme("l", {"jawOpen": 0.20, "LowerDown": 0.15, "Stretch": 0.10}, 0.14),
-        Viseme("sh", {"jawOpen": 0.10, "Funnel": 0.50, "UpperUp": 0.20, "LowerDown": 0.2}, 0.16),
-        Viseme("x", {"jawOpen": 0.16, "LowerDown": 0.10}, 0.12),
+        Viseme("p", {_PRESS: 0.30, _PUCKER: 0.15, _JAW: 0.01}, 0.15, 0.09),
+        Viseme("m", {_ROLL_LOWER: 0.15, _ROLL_UPPER: 0.15, _PUCKER: 0.1}, 0.16, 0.10),
+        Viseme("f", {_JAW: 0.07, _ROLL_LOWER: 0.65, _UPPER: 0.30}, 0.16, 0.06),
+        Viseme("a", {_JAW: 0.58, _LOWER: 0.20, _UPPER: 0.10}, 0.24, 0.06),
+        Viseme("e", {_JAW: 0.28, _STRETCH: 0.30, _SMILE: 0.20, _LOWER: 0.10}, 0.20),
+        Viseme("i", {_JAW: 0.13, _STRETCH: 0.35, _SMILE: 0.45, _LOWER: 0.35}, 0.20),
+        Viseme("o", {_JAW: 0.30, _FUNNEL: 0.50, _PUCKER: 0.35}, 0.22, 0.06),
+        Viseme("u", {_JAW: 0.13, _PUCKER: 0.70, _FUNNEL: 0.15}, 0.22, 0.06),
+        Viseme("w", {_JAW: 0.165, _PUCKER: 0.85}, 0.16, 0.04),
+        Viseme("s", {_JAW: 0.06, _STRETCH: 0.20, _LOWER: 0.30, _UPPER: 0.20}, 0.14),
+        Viseme("l", {_JAW: 0.20, _LOWER: 0.15, _STRETCH: 0.10}, 0.14),
+        Viseme("sh", {_JAW: 0.10, _FUNNEL: 0.50, _UPPER: 0.20, _LOWER: 0.2}, 0.16),
+        Viseme("x", {_JAW: 0.16, _LOWER: 0.10}, 0.12),
     )
 }
 """By name; 'x' is the vowel of 'the'."""

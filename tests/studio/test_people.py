@@ -9,6 +9,7 @@ import pytest
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.dataset.codec import CLOSED_BELOW
+from abs_engine.face.schema import DRAWN_TARGETS
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.studio.people import (
     SKIN_TONES,
@@ -21,7 +22,6 @@ from abs_engine.studio.people import (
     random_person,
     skin_tone,
 )
-from abs_engine.studio.people.cast import SPREAD
 from abs_engine.studio.people.lip_contact import widest_gap
 from abs_engine.studio.people.tones import tone_at
 
@@ -231,7 +231,7 @@ def test_random_people_differ_close_their_lips_and_stay_within_range(speaker: Sp
     for person in cast:
         weights = dict(person.identity)
         assert sum(weights.pop(m) for m in macros) == pytest.approx(1.0)
-        assert max(weights.values()) <= 2 * max(SPREAD.values())
+        assert max(weights.values()) <= 2 * max(DRAWN_TARGETS.values())
     faces = np.array(shapes)[:, speaker.vertices[:, 2] > 40]
     faces -= faces.mean(axis=1, keepdims=True)  # where the head stands is no feature
     spread = np.linalg.norm(faces - faces.mean(axis=0), axis=2).mean(axis=1)

@@ -9,13 +9,14 @@ from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.cli.parts.drawing import opened, print_hints
 from abs_engine.cli.parts.progress import Progress
 from abs_engine.core.words import listed
+from abs_engine.face.schema import Pair, Unit, units_of
 from abs_engine.io.files import check_free
 
 if TYPE_CHECKING:
     from abs_engine.learn.heads.build import ImportedHead
 
 
-_LIPS = ("mouthClose", "mouthFunnel", "mouthPucker", "mouthPress")
+_LIPS = units_of(Unit.MOUTH_CLOSE, Unit.MOUTH_FUNNEL, Unit.MOUTH_PUCKER, Pair.MOUTH_PRESS)
 """Face units that speech needs beside `jawOpen`."""
 
 
@@ -76,7 +77,7 @@ def report(made: ImportedHead) -> list[str]:
     ]
     if made.missing:
         lines.append(f"face units that it lacks, which move nothing: {listed(made.missing)}")
-    shut = [name for name in made.missing if name.startswith(_LIPS)]
+    shut = [name for name in made.missing if name in _LIPS]
     if shut:
         lines.append(
             f"warning: without {listed(shut)}, tracked lips cannot be rounded, pressed or closed "

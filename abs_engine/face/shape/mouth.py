@@ -6,41 +6,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
+from abs_engine.face.schema import Pair, Unit, units_of
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import LinearShape, principal_shapes
 from abs_engine.face.shape.postures import Postures, recorded_postures
 from abs_engine.face.shape.scanned_units import unit_differences
 from abs_engine.io.assets import Speaker
 
-# unit (both sides where it has two): largest weight, and how often it takes part
+# a unit, or both of a pair: largest weight, and how often it takes part
 _ACTIONS: dict[str, tuple[float, float]] = {
-    "mouthFunnel": (0.7, 0.3),
-    "mouthPucker": (0.9, 0.35),
-    "mouthSmile": (0.5, 0.3),
-    "mouthStretch": (0.6, 0.3),
-    "mouthFrown": (0.4, 0.2),
-    "mouthPress": (0.5, 0.15),
-    "mouthDimple": (0.4, 0.15),
-    "mouthUpperUp": (0.7, 0.35),
-    "mouthLowerDown": (0.8, 0.35),
-    "mouthRollUpper": (0.6, 0.15),
-    "mouthRollLower": (0.7, 0.2),
-    "mouthShrugUpper": (0.3, 0.15),
-    "mouthShrugLower": (0.3, 0.15),
-    "mouthLeft": (0.5, 0.15),
-    "mouthRight": (0.5, 0.15),
-    "jawLeft": (0.4, 0.12),
-    "jawRight": (0.4, 0.12),
-    "jawForward": (0.3, 0.15),
+    Unit.MOUTH_FUNNEL: (0.7, 0.3),
+    Unit.MOUTH_PUCKER: (0.9, 0.35),
+    Pair.MOUTH_SMILE: (0.5, 0.3),
+    Pair.MOUTH_STRETCH: (0.6, 0.3),
+    Pair.MOUTH_FROWN: (0.4, 0.2),
+    Pair.MOUTH_PRESS: (0.5, 0.15),
+    Pair.MOUTH_DIMPLE: (0.4, 0.15),
+    Pair.MOUTH_UPPER_UP: (0.7, 0.35),
+    Pair.MOUTH_LOWER_DOWN: (0.8, 0.35),
+    Unit.MOUTH_ROLL_UPPER: (0.6, 0.15),
+    Unit.MOUTH_ROLL_LOWER: (0.7, 0.2),
+    Unit.MOUTH_SHRUG_UPPER: (0.3, 0.15),
+    Unit.MOUTH_SHRUG_LOWER: (0.3, 0.15),
+    Unit.MOUTH_LEFT: (0.5, 0.15),
+    Unit.MOUTH_RIGHT: (0.5, 0.15),
+    Unit.JAW_LEFT: (0.4, 0.12),
+    Unit.JAW_RIGHT: (0.4, 0.12),
+    Unit.JAW_FORWARD: (0.3, 0.15),
 }
 # jaw opening, per unit of weight, that keeps the lips of this head from passing into each other
-_PRESSING = {
-    "mouthPucker": 0.08,
-    "mouthPress": 0.08,
-    "mouthSmile": 0.09,
-    "mouthRollLower": 0.10,
-    "mouthRollUpper": 0.045,
-    "mouthShrugLower": 0.15,
+_PRESSING: dict[str, float] = {
+    Unit.MOUTH_PUCKER: 0.08,
+    Pair.MOUTH_PRESS: 0.08,
+    Pair.MOUTH_SMILE: 0.09,
+    Unit.MOUTH_ROLL_LOWER: 0.10,
+    Unit.MOUTH_ROLL_UPPER: 0.045,
+    Unit.MOUTH_SHRUG_LOWER: 0.15,
 }
 
 
@@ -93,8 +94,7 @@ def mouth_shape(
 
 def mouth_units() -> tuple[str, ...]:
     """Names of the face units that move the mouth, in the order of the generators."""
-    sides = [side for name in _ACTIONS for side in _sides(name)]
-    return ("jawOpen", "mouthClose", *sides)
+    return units_of(Unit.JAW_OPEN, Unit.MOUTH_CLOSE, *_ACTIONS)
 
 
 def sample_postures(count: int, seed: int) -> FloatArray:
@@ -106,10 +106,10 @@ def sample_postures(count: int, seed: int) -> FloatArray:
     columns = {name: np.zeros(count) for name in mouth_units()}
     jaw = SHAPE.widest_jaw * rng.beta(1.0, 1.8, count)
     closing = np.where(rng.random(count) < 0.35, rng.uniform(0.7, 1.0, count), 0.0)
-    columns["mouthClose"] = jaw * np.maximum(closing, 0.25 * rng.random(count))
+    columns[Unit.MOUTH_CLOSE] = jaw * np.maximum(closing, 0.25 * rng.random(count))
     for name, (largest, share) in _ACTIONS.items():
         amount = largest * rng.random(count) * (rng.random(count) < share)
-        sides = _sides(name)
+        sides = units_of(name)
         for side in sides:
             columns[side] = amount * rng.uniform(0.85, 1.15, count)
         weaker = rng.integers(len(sides), size=count)
@@ -117,15 +117,8 @@ def sample_postures(count: int, seed: int) -> FloatArray:
         for k, side in enumerate(sides):
             columns[side] *= 1 - lone * (weaker == k) * rng.random(count)
         jaw = jaw + _PRESSING.get(name, 0.0) * amount
-    columns["jawOpen"] = jaw
+    columns[Unit.JAW_OPEN] = jaw
     return np.stack([columns[name] for name in mouth_units()], axis=1)
-
-
-def _sides(name: str) -> tuple[str, ...]:
-    paired = {"Smile", "Stretch", "Frown", "Press", "Dimple", "UpperUp", "LowerDown"}
-    if name.removeprefix("mouth") in paired:
-        return f"{name}Left", f"{name}Right"
-    return (name,)
 
 
 def _importance(speaker: Speaker) -> FloatArray:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.face.schema import BROWS, Pair, Unit, units_of
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.io.assets import Speaker
 
 _UNITS = (
-    *("browDownLeft", "browDownRight", "browInnerUp", "browOuterUpLeft", "browOuterUpRight"),
-    *("eyeBlinkLeft", "eyeBlinkRight", "eyeSquintLeft", "eyeSquintRight"),
-    *("eyeWideLeft", "eyeWideRight", "cheekSquintLeft", "cheekSquintRight"),
-    *("noseSneerLeft", "noseSneerRight", "cheekPuff"),
+    *BROWS,
+    *units_of(Pair.EYE_BLINK, Pair.EYE_SQUINT, Pair.EYE_WIDE),
+    *units_of(Pair.CHEEK_SQUINT, Pair.NOSE_SNEER, Unit.CHEEK_PUFF),
 )
 
 

@@ -13,7 +13,7 @@ from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.geometry import check_mesh, vertex_normals
 from abs_engine.face.base import lip_gap
-from abs_engine.face.schema import CLASS_NAMES, COMPONENT, FACE_UNITS, ICT_68, PERSON
+from abs_engine.face.schema import CLASS_NAMES, COMPONENT, FACE_UNITS, ICT_68, PERSON, Unit
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.io.morphs.mesh import displacement
@@ -93,7 +93,7 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
     moved = face_units(mesh, table.units, frame)
     units = moved.moves
     check_units(units, vertices, marks)
-    jaw = units[FACE_UNITS.index("jawOpen")].astype(np.float64)
+    jaw = units[FACE_UNITS.index(Unit.JAW_OPEN)].astype(np.float64)
     check_rings(marks, vertices + jaw)
     weld = welded(vertices, jaw)
     words = named_regions(mesh, table.regions)
@@ -258,7 +258,7 @@ def _areas(parts: _Parts, marks: Marks) -> dict[str, IntArray]:
     front = vertex_normals(v, parts.faces)[:, 2] > 0
     before = front & (v[:, 2] > eyes[[0, 3], 2].mean() - _BEHIND)
     face = before & (v[:, 1] > chin[1] - 5) & (v[:, 1] < eyes[:, 1].mean() + _FOREHEAD)
-    far = np.linalg.norm(parts.units[FACE_UNITS.index("jawOpen")], axis=1)
+    far = np.linalg.norm(parts.units[FACE_UNITS.index(Unit.JAW_OPEN)], axis=1)
     skin = of["skin"][face[of["skin"]]]
     jaw = np.setdiff1d(skin, of["lips"])
     found = {

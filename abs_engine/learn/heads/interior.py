@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray, IntArray
-from abs_engine.face.schema import CLASS_NAMES
+from abs_engine.face.schema import CLASS_NAMES, JAW, Unit
 from abs_engine.io.assets import Speaker
 
 TEETH = ("upper_teeth", "lower_teeth", "tongue")
@@ -65,9 +65,9 @@ def mouth_interior(
     place = (bundled.vertices[kept] - from_[0]) * scale + to[0] - [0.0, 0.0, _SUNK]
     units = bundled.units[:, kept].astype(np.float32) * scale
     chin = bundled.landmarks["chin"][0]
-    opened = bundled.unit_matrix(("jawOpen",))[0, chin]
+    opened = bundled.unit_matrix((Unit.JAW_OPEN,))[0, chin]
     farther = np.clip(jaw / (scale * float(np.linalg.norm(opened))), 0.0, _MOST)
-    of_jaw = [k for k, name in enumerate(bundled.unit_names) if name.startswith("jaw")]
+    of_jaw = [k for k, name in enumerate(bundled.unit_names) if name in JAW]
     units[of_jaw] *= farther
     classes = np.array([CLASS_NAMES.index(n) for n in bundled.class_names], np.uint8)
     return Interior(

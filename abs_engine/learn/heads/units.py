@@ -13,15 +13,13 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
 from abs_engine.core.words import listed
-from abs_engine.face.schema import FACE_UNITS, HALF, reading
+from abs_engine.face.schema import FACE_UNITS, HALF, SHIFTS, Pair, Unit, reading, units_of
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.learn.heads.frame import HeadFrame
 
 _Moves = NDArray[np.float32]
 _STILL = 1e-3
 """Share of a target's greatest motion by which it leaves a vertex where it is. Chosen."""
-_SHIFTS = ("jawLeft", "mouthLeft")
-"""Units that move to a side, whereas all others lie on theirs."""
 _ASIDE = 0.3
 """Share of its motion by which a unit lies, or moves, to a side. Chosen."""
 _SAME = 0.02
@@ -65,7 +63,7 @@ def face_units(mesh: MorphMesh, given: Mapping[str, tuple[str, ...]], frame: Hea
         )
     taken = {target for names in given.values() for target in names}
     named = _named([name for name in targets if name not in taken], given)
-    if "jawOpen" not in {*given, *named}:
+    if Unit.JAW_OPEN not in {*given, *named}:
         raise ParameterError(
             f"no morph target of {mesh.source} is called jawOpen",
             f"say which opens the mouth, [units] jawOpen = ..., of {listed(targets)}"
@@ -94,12 +92,11 @@ def _exchanged(
     Left and right are the subject's. `given` are units that somebody chose by hand.
     """
     out = []
-    for k, name in enumerate(FACE_UNITS):
-        other = f"{name.removesuffix('Left')}Right"
-        if not name.endswith("Left") or {name, other} & set(given):
+    for names in sorted([*SHIFTS, *map(units_of, Pair)]):
+        if set(names) & set(given):
             continue
-        pair = k, FACE_UNITS.index(other)
-        left, right = (_side(moves[n], vertices, name in _SHIFTS) for n in pair)
+        pair = FACE_UNITS.index(names[0]), FACE_UNITS.index(names[1])
+        left, right = (_side(moves[n], vertices, names in SHIFTS) for n in pair)
         if left < -_ASIDE and right > _ASIDE:
             out.append(pair)
     return out

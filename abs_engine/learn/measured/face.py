@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.face.articulated import FaceShape
+from abs_engine.face.schema import Unit
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulated import shape_of
 from abs_engine.learn.articulatory import Build
@@ -78,7 +79,7 @@ def _spread(
     speaker = head.speaker
     teeth = np.zeros(len(built.model.names), np.bool_)
     teeth[[k for k, n in enumerate(built.model.names) if n in _teeth(built)]] = True
-    opened = head.neutral + MEASURED_FACE.unfolded * speaker.unit_matrix(("jawOpen",))[0]
+    opened = head.neutral + MEASURED_FACE.unfolded * speaker.unit_matrix((Unit.JAW_OPEN,))[0]
     places = head.places.at(opened)[~teeth]
     values = at_points[:, ~teeth].transpose(1, 0, 2).reshape(len(places), -1)
     smooth = smoothness(places, values)

@@ -11,6 +11,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError, TooFewPointsError
 from abs_engine.core.geometry import Pose
 from abs_engine.face.identity import head_modes
+from abs_engine.face.schema import BROWS, EYES, Unit
 from abs_engine.face.shape.dots import ShellPoints
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulatory import Build, rms
@@ -24,7 +25,7 @@ REST = "rest"
 """The viseme in which the head keeps still."""
 LEAST, LEAST_LIPS, LEAST_OTHERS = 12, 4, 4
 """Points that make a face, at least: all, those of the group lips, and those of no lip or tooth."""
-_STILL = ("eye", "brow", "tongueOut")  # face units that no point of speech shows
+_STILL = (*EYES, *BROWS, Unit.TONGUE_OUT)  # face units that no point of speech shows
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +113,7 @@ def _by_motion(
     at_rest: int,
 ) -> MeasuredHead:
     """The head, and places that move as points (T, N, 3) do."""
-    used = [k for k, n in enumerate(speaker.unit_names) if not n.startswith(_STILL)]
+    used = [k for k, n in enumerate(speaker.unit_names) if n not in _STILL]
     units = speaker.units[used].astype(np.float64)
     own = np.zeros((len(points), len(used)))
     moving = np.arange(len(points)) != at_rest

@@ -9,6 +9,7 @@ import numpy as np
 from abs_engine.core.arrays import Image
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer
+from abs_engine.face.schema import Unit
 from abs_engine.face.shape.mouth import mouth_shape
 from abs_engine.io.assets import load_speaker
 from abs_engine.report.drawing.layout import captioned, columns_of, sheet
@@ -31,7 +32,7 @@ from abs_engine.report.inspect.sheets import (
     unit_rows,
 )
 
-_WITH = {"mouthClose": "jawOpen"}
+_WITH: dict[str, str] = {Unit.MOUTH_CLOSE: Unit.JAW_OPEN}
 """Face units that close what another opens, and alone make lips cross."""
 
 SHEET_VIEWS, FILM_VIEWS = 8, 100

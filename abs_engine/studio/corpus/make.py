@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from abs_engine.capture.corpus import Corpus
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
+from abs_engine.face.schema import Pair, Unit, by_unit
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.bite import bite_plane_of
 from abs_engine.learn.choice import choose_points
@@ -20,7 +21,7 @@ from abs_engine.studio.speech import articulate, parse_phonemes
 
 NOISE = 0.3
 """Error (mm) of a measured point: the root mean square of its distance from where it is."""
-_PREPH = {"jawOpen": 0.11, "mouthLowerDownLeft": 0.06, "mouthLowerDownRight": 0.06}
+_PREPH = by_unit({Unit.JAW_OPEN: 0.11, Pair.MOUTH_LOWER_DOWN: 0.06})
 
 
 def speak_corpus(

@@ -9,11 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray
+from abs_engine.face.schema import Pair, Unit, units_of
 from abs_engine.studio.speech.dominance import Score, blend
 from abs_engine.studio.speech.phonemes import Phoneme
 from abs_engine.studio.speech.utterance import Utterance
 
-UNITS = ("jawForward", "cheekPuff")
+UNITS = units_of(Unit.JAW_FORWARD, Unit.CHEEK_PUFF)
 """Face units that are set here, which the targets of `abs_engine.studio.speech` leave alone."""
 SMILES, LARGEST_SMILE = 0.2, 0.25
 """How many visemes are said with a smile, and its largest weight.
@@ -52,7 +53,7 @@ def as_it_happens(
     for unit, spread in zip(UNITS, (THRUST_VARIES, PRESSURE_VARIES), strict=True):
         out[unit_names.index(unit)] += rng.normal(0.0, spread)
     smiling, smile = rng.random() < SMILES, rng.uniform(0, LARGEST_SMILE)
-    for unit in ("mouthSmileLeft", "mouthSmileRight"):
+    for unit in units_of(Pair.MOUTH_SMILE):
         out[unit_names.index(unit)] += smile * smiling
     return np.asarray(np.clip(out, 0.0, 1.0), np.float64)
 

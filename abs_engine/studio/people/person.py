@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError
+from abs_engine.face.schema import MACRO
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.people.tones import Colour
 
@@ -101,7 +102,7 @@ def identity_vector(speaker: Speaker, person: Person) -> NDArray[np.float32]:
                 f"{person.name}: the weight of '{target}' is {weight}", "give a finite number"
             )
     own = speaker.identity_weights(**person.identity)
-    replaced = any(known[target].startswith("macro/") for target in person.identity)
+    replaced = any(known[target].startswith(MACRO) for target in person.identity)
     return own if replaced else np.asarray(own + speaker.people[person.base], np.float32)
 
 

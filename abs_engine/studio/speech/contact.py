@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from abs_engine.core.arrays import FloatArray, IntArray
+from abs_engine.face.schema import Pair, Unit, units_of
 from abs_engine.studio.speech.lips import Lips
 
 Measure = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
@@ -39,43 +40,45 @@ class Use:
 
 
 # Pairs left and right move together. Units that part the lips give way, cheap ones first.
-_CLOSING = {
-    "mouthClose": Use(0.20, 1.0),
-    "jawOpen": Use(0.60),
-    "mouthLowerDown": Use(0.08),
-    "mouthUpperUp": Use(0.08),
-    "mouthFunnel": Use(0.40),
-    "mouthPucker": Use(0.80),
-    "mouthSmile": Use(0.80),
-    "mouthStretch": Use(0.80),
-    "mouthPress": Use(0.40, 0.5),
-    "mouthRollLower": Use(0.60, 0.4),
-    "mouthRollUpper": Use(0.60, 0.3),
-    "mouthShrugLower": Use(1.60, 0.3),
-    "mouthShrugUpper": Use(1.60, 0.2),
+_CLOSING: dict[str, Use] = {
+    Unit.MOUTH_CLOSE: Use(0.20, 1.0),
+    Unit.JAW_OPEN: Use(0.60),
+    Pair.MOUTH_LOWER_DOWN: Use(0.08),
+    Pair.MOUTH_UPPER_UP: Use(0.08),
+    Unit.MOUTH_FUNNEL: Use(0.40),
+    Unit.MOUTH_PUCKER: Use(0.80),
+    Pair.MOUTH_SMILE: Use(0.80),
+    Pair.MOUTH_STRETCH: Use(0.80),
+    Pair.MOUTH_PRESS: Use(0.40, 0.5),
+    Unit.MOUTH_ROLL_LOWER: Use(0.60, 0.4),
+    Unit.MOUTH_ROLL_UPPER: Use(0.60, 0.3),
+    Unit.MOUTH_SHRUG_LOWER: Use(1.60, 0.3),
+    Unit.MOUTH_SHRUG_UPPER: Use(1.60, 0.2),
 }
 # The lips lie 6 to 10 mm before the teeth, by the person: a full roll, with the jaw low to draw the
 # lip back and pressed corners to lift it again, is the way there. The
 # farther a person's lips stand out, the lower goes the jaw and the tighter are the corners drawn;
 # stretch, dimple and frown draw them back where a smile would lift them.
-_BITING = {
-    "jawOpen": Use(0.10, 0.45),
-    "mouthRollLower": Use(0.01, 1.0),
-    "mouthPress": Use(0.06, 1.0),
-    "mouthSmile": Use(0.10, 0.5),
-    "mouthStretch": Use(0.10, 0.4),
-    "mouthDimple": Use(0.10, 0.4),
-    "mouthFrown": Use(0.10, 0.4),
-    "mouthLowerDown": Use(0.10),
-    "mouthPucker": Use(0.10),
-    "mouthFunnel": Use(0.10),
-    "mouthClose": Use(0.10),
+_BITING: dict[str, Use] = {
+    Unit.JAW_OPEN: Use(0.10, 0.45),
+    Unit.MOUTH_ROLL_LOWER: Use(0.01, 1.0),
+    Pair.MOUTH_PRESS: Use(0.06, 1.0),
+    Pair.MOUTH_SMILE: Use(0.10, 0.5),
+    Pair.MOUTH_STRETCH: Use(0.10, 0.4),
+    Pair.MOUTH_DIMPLE: Use(0.10, 0.4),
+    Pair.MOUTH_FROWN: Use(0.10, 0.4),
+    Pair.MOUTH_LOWER_DOWN: Use(0.10),
+    Unit.MOUTH_PUCKER: Use(0.10),
+    Unit.MOUTH_FUNNEL: Use(0.10),
+    Unit.MOUTH_CLOSE: Use(0.10),
 }
-_AT_EASE = dict.fromkeys(("mouthLowerDown", "mouthPucker", "mouthFunnel", "mouthClose"), 0.0)
-_BITES: tuple[dict[str, float], ...] = (
-    {"jawOpen": 0.24, "mouthRollLower": 1.0, "mouthPress": 0.7, "mouthSmile": 0.3} | _AT_EASE,
-    {"jawOpen": 0.34, "mouthRollLower": 1.0, "mouthPress": 0.9, "mouthSmile": 0.45} | _AT_EASE,
-    {"jawOpen": 0.28, "mouthRollLower": 1.0, "mouthPress": 0.9, "mouthSmile": 0.4} | _AT_EASE,
+_AT_EASE: dict[str, float] = dict.fromkeys(
+    (Pair.MOUTH_LOWER_DOWN, Unit.MOUTH_PUCKER, Unit.MOUTH_FUNNEL, Unit.MOUTH_CLOSE), 0.0
+)
+_LEADING = (Unit.JAW_OPEN, Unit.MOUTH_ROLL_LOWER, Pair.MOUTH_PRESS, Pair.MOUTH_SMILE)
+_BITES = tuple(
+    dict(zip(_LEADING, weights, strict=True)) | _AT_EASE
+    for weights in ((0.24, 1.0, 0.7, 0.3), (0.34, 1.0, 0.9, 0.45), (0.28, 1.0, 0.9, 0.4))
 )
 """Where searches for a bite start, until one is good; found by wide searches on many heads."""
 
@@ -179,5 +182,5 @@ class ContactSolver:
 
     def _pattern(self, names: tuple[str, ...]) -> FloatArray:
         """Matrix (52, N) from the named movements to the units."""
-        both = [[unit in (n, f"{n}Left", f"{n}Right") for n in names] for unit in self.unit_names]
+        both = [[unit in units_of(n) for n in names] for unit in self.unit_names]
         return np.array(both, np.float64)

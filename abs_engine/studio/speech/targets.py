@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from abs_engine.face.schema import Pair, Unit, units_of
 from abs_engine.studio.speech.phonemes import Phoneme
 
 ARTICULATORS: dict[str, tuple[str, ...]] = {
-    "jaw": ("jawOpen",),
-    "pucker": ("mouthPucker",),
-    "funnel": ("mouthFunnel",),
-    "smile": ("mouthSmileLeft", "mouthSmileRight"),
-    "stretch": ("mouthStretchLeft", "mouthStretchRight"),
-    "upper": ("mouthUpperUpLeft", "mouthUpperUpRight"),
-    "lower": ("mouthLowerDownLeft", "mouthLowerDownRight"),
-    "roll_lower": ("mouthRollLower",),
-    "roll_upper": ("mouthRollUpper",),
-    "tongue": ("tongueOut",),
+    "jaw": units_of(Unit.JAW_OPEN),
+    "pucker": units_of(Unit.MOUTH_PUCKER),
+    "funnel": units_of(Unit.MOUTH_FUNNEL),
+    "smile": units_of(Pair.MOUTH_SMILE),
+    "stretch": units_of(Pair.MOUTH_STRETCH),
+    "upper": units_of(Pair.MOUTH_UPPER_UP),
+    "lower": units_of(Pair.MOUTH_LOWER_DOWN),
+    "roll_lower": units_of(Unit.MOUTH_ROLL_LOWER),
+    "roll_upper": units_of(Unit.MOUTH_ROLL_UPPER),
+    "tongue": units_of(Unit.TONGUE_OUT),
 }
 """Face units that move together, by the articulator's name."""
 
