@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.settings import GENERAL
 
 WIDEST_SIDE = 1 << 15
 """px: no picture is wider or higher."""
@@ -82,9 +83,9 @@ class Camera:
         size : tuple of int
             Width and height in pixels.
         focal : float, optional
-            Focal length in pixels, by default 1.7 times the larger side.
+            Focal length in pixels, by default `GENERAL.focal` times the larger side.
         """
-        focal = 1.7 * max(size) if focal is None else focal
+        focal = GENERAL.focal * max(size) if focal is None else focal
         centre = (size[0] - 1) / 2, (size[1] - 1) / 2
         return cls(np.array([[focal, 0, centre[0]], [0, focal, centre[1]], [0, 0, 1.0]]), size)
 
@@ -237,7 +238,7 @@ class Window:
         offset = (0.5 / s - 0.5) + np.array([self.x, self.y])
         source = image
         if s < 1:  # average before sampling, or fine detail aliases
-            source = cv2.GaussianBlur(np.asarray(image), (0, 0), 0.5 / s)
+            source = cv2.GaussianBlur(np.asarray(image), (0, 0), GENERAL.window_blur / s)
         matrix = np.array([[1 / s, 0, offset[0]], [0, 1 / s, offset[1]]])
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         return np.asarray(

@@ -12,6 +12,7 @@ from abs_engine.core.blocks import POSE, POSTURE, Blocks
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Candidates
+from abs_engine.core.settings import GENERAL
 
 POSE_NAMES = ("rx", "ry", "rz", "tx", "ty", "tz")
 _POSE = len(POSE_NAMES)
@@ -97,8 +98,7 @@ def pose_moves(arms: FloatArray) -> FloatArray:
 
 def pose_block() -> ParamSpec:
     """Names, units, first steps and bounds of the six numbers of a pose."""
-    reach = np.array([0.5, 0.5, 0.5, 25.0, 25.0, 200.0])
-    scale = np.array([0.02, 0.02, 0.02, 0.8, 0.8, 4.0])
+    reach, scale = np.array(GENERAL.pose_reach), np.array(GENERAL.pose_step)
     return ParamSpec(POSE_NAMES, POSE_UNITS, scale, -reach, reach)
 
 
@@ -106,7 +106,7 @@ def mode_block(count: int, limit: float) -> ParamSpec:
     """The same of so many modes, in standard deviations, of which none goes beyond a limit."""
     names = tuple(f"shape{k + 1}" for k in range(count))
     reach = np.full(count, limit)
-    return ParamSpec(names, ("sd",) * count, np.full(count, 0.5), -reach, reach)
+    return ParamSpec(names, ("sd",) * count, np.full(count, GENERAL.mode_step), -reach, reach)
 
 
 def free_blocks(pose_held: bool) -> tuple[str, ...]:

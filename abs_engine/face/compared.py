@@ -12,10 +12,9 @@ from abs_engine.core.blocks import POSE, POSTURE, Blocks
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, pose_and
 from abs_engine.core.scene import Candidates, Scene
+from abs_engine.core.settings import GENERAL
 from abs_engine.face.appearance.visibility import Sighting
 
-STEP = 0.5
-"""First step of a parameter, standard deviations, at a solver's step 1."""
 _POSE_KNOWN = 1e-3
 """1 / variance of the pose beforehand, per squared first step: next to nothing."""
 
@@ -64,5 +63,5 @@ class ComparedHead:
     @property
     def about(self) -> FloatArray:
         """Prior knowledge of the 6 + P parameters, 1 / variance per squared first step."""
-        own = np.full(len(self.spec), STEP**2)
+        own = np.full(len(self.spec), GENERAL.mode_step**2)
         return self.blocks.vector({POSE: np.float64(_POSE_KNOWN), POSTURE: own})

@@ -11,6 +11,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates
 from abs_engine.face.shape.lip_model import LIPS
+from abs_engine.fit.settings import SHELL_FIT
 from abs_engine.fit.shell import ShellSetting, shell_window
 
 
@@ -19,7 +20,7 @@ def centred(
     pose: Pose,
     centre: NDArray[np.floating],
     weights: FloatArray | None = None,
-    rounds: int = 3,
+    rounds: int = SHELL_FIT.placed,
 ) -> Pose:
     """The pose shifted across the line of sight so that the lips' centroid is seen at `centre`.
 
@@ -35,7 +36,7 @@ def centred(
     weights : (P,) float64, optional
         The shape; by default the mean.
     rounds : int
-        Times that it is drawn: what is visible changes a little with the place.
+        Times that it is drawn.
     """
     shape = np.zeros(setting.model.n_modes) if weights is None else weights
     focal = np.array([setting.camera.matrix[0, 0], setting.camera.matrix[1, 1]])

@@ -17,6 +17,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import POSE_NAMES, PoseFrame, joined, pose_and
 from abs_engine.core.scene import ClassMaps, Renderer, Scene
+from abs_engine.core.settings import GENERAL
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES
@@ -24,7 +25,7 @@ from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.contact import Rings, lip_gaps, lip_heights, pinching
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.problem import Problem
-from abs_engine.fit.settings import HEAD_FIT
+from abs_engine.fit.settings import HEAD_FIT, SHELL_FIT
 
 COLOUR = "colour"
 """Name of the evidence of colour classes."""
@@ -37,7 +38,7 @@ def mouth_window(
     person: FloatArray | None = None,
     more: tuple[float, float] = (0.0, 0.0),
 ) -> Window:
-    """The window around a person's mouth (Q,): 1.6 mouth widths wide and 1.25 high.
+    """The window around a person's mouth (Q,), see `HEAD_FIT.window`.
 
     By default it is that of the model's neutral head. `more` mouth widths are added to its width
     and height, where the mouth is not yet found.
@@ -52,9 +53,9 @@ def lip_window(
     pixels = camera.project(pose.apply(border))
     low, high = pixels.min(axis=0), pixels.max(axis=0)
     across = float(high[0] - low[0])
-    scale = min(2.0, HEAD_FIT.drawn_mouth / across)
-    size = np.ceil((np.array([1.6, 1.25]) + more) * across * scale) / scale
-    centre = 0.5 * (low + high) + np.array([0.0, 0.08 * across])  # jaws open downwards
+    scale = min(GENERAL.finest, HEAD_FIT.drawn_mouth / across)
+    size = np.ceil((np.array(HEAD_FIT.window) + more) * across * scale) / scale
+    centre = 0.5 * (low + high) + np.array([0.0, HEAD_FIT.lower * across])
     x, y = np.rint(centre - 0.5 * size)
     return Window(float(x), float(y), float(size[0]), float(size[1]), scale)
 
@@ -178,7 +179,10 @@ def seam_of(regions: Sequence[str | None]) -> tuple[tuple[int, int], int] | tupl
 
 def independent_side(window: Window) -> float:
     """Side of an independent observation in the window of a mouth, drawn pixels."""
-    return max(2.0, window.width / 1.6 / 20.0) * window.scale
+    return (
+        max(SHELL_FIT.side, window.width / HEAD_FIT.window[0] / HEAD_FIT.sides_across)
+        * window.scale
+    )
 
 
 def best_start(problem: Problem, starts: FloatArray) -> FloatArray:

@@ -13,6 +13,13 @@ class HeadFitSettings:
     ----------
     drawn_mouth : float, drawn pixels across the mouth
         At which a frame is compared. Detail against time. Not measured.
+    window : tuple of float, mouth widths
+        Width and height of what is looked at around a mouth, a shell's too. Not measured.
+    lower : float, mouth widths
+        By which the middle of that lies below the middle of the lips: jaws open downwards. Not
+        measured.
+    sides_across : float, independent observations
+        Across a mouth at most, each at least as large as a shell's `side`. Not measured.
     smoothing : float, mouth widths
         Width of the Hamming window that log-likelihoods are smoothed by. Not measured.
     pull : float, mouth widths
@@ -59,6 +66,9 @@ class HeadFitSettings:
     """
 
     drawn_mouth: float = 72.0
+    window: tuple[float, float] = (1.6, 1.25)
+    lower: float = 0.08
+    sides_across: float = 20.0
     smoothing: float = 0.03
     pull: float = 0.06
     in_shade: float = 0.15
@@ -89,8 +99,6 @@ class ShellFitSettings:
     ----------
     drawn_mouth : float, drawn pixels across the mouth
         At which a frame is compared. Detail against time. Not measured.
-    finest : float, drawn pixels for one of the picture
-        At most. Not measured.
     side : float, px
         Side of an independent observation, as pixels share their chroma two by two. Not
         measured.
@@ -106,10 +114,12 @@ class ShellFitSettings:
         Standard deviations of a pose that is estimated along. Not measured.
     tried : int
         Best of the starts that are all descended from. Not measured.
+    placed : int, times
+        That a shell is drawn to place it by its blob: what is visible changes a little with the
+        place. Not measured.
     """
 
     drawn_mouth: float = 92.0
-    finest: float = 2.0
     side: float = 2.0
     side_of_mouth: float = 0.04
     width: float = 0.7
@@ -117,6 +127,7 @@ class ShellFitSettings:
     mode_limit: float = 6.0
     pose_free: tuple[float, ...] = (0.05, 0.05, 0.05, 2.0, 2.0, 12.0)
     tried: int = 4
+    placed: int = 3
 
 
 SHELL_FIT = ShellFitSettings()

@@ -18,6 +18,7 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import POSE_NAMES, PoseFrame, free_blocks, joined, mode_block, pose_and
 from abs_engine.core.scene import ClassMaps, Renderer, Scene
+from abs_engine.core.settings import GENERAL
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES
@@ -82,13 +83,13 @@ class ShellSetting:
 
 
 def shell_window(setting: ShellSetting, pose: Pose) -> Window:
-    """The window around the lips: 1.6 mouth widths, as seen from the front, and 1.25 high."""
+    """The window around the lips: see `HEAD_FIT.window`, as seen from the front."""
     at = pose.apply(setting.border)
     pixels = setting.camera.project(at)
     across = mouth_across(setting, pose)
-    scale = min(SHELL_FIT.finest, SHELL_FIT.drawn_mouth / across)
-    size = np.ceil(np.array([1.6, 1.25]) * across * scale) / scale
-    centre = 0.5 * (pixels.min(axis=0) + pixels.max(axis=0)) + [0.0, 0.08 * across]
+    scale = min(GENERAL.finest, SHELL_FIT.drawn_mouth / across)
+    size = np.ceil(np.array(HEAD_FIT.window) * across * scale) / scale
+    centre = 0.5 * (pixels.min(axis=0) + pixels.max(axis=0)) + [0.0, HEAD_FIT.lower * across]
     x, y = np.rint(centre - 0.5 * size)
     return Window(float(x), float(y), float(size[0]), float(size[1]), scale)
 

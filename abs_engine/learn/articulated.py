@@ -10,9 +10,10 @@ from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Scene
+from abs_engine.core.settings import GENERAL
 from abs_engine.face.appearance.region import part
 from abs_engine.face.articulated import FaceShape, middle
-from abs_engine.face.compared import STEP, ComparedHead
+from abs_engine.face.compared import ComparedHead
 from abs_engine.face.head import colour_classes
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.rings import jaw_ring, lip_rings
@@ -82,7 +83,9 @@ def shape_of(
     lower = built.alpha.min(axis=0) - LEARNING.beyond
     upper = built.alpha.max(axis=0) + LEARNING.beyond
     names = built.model.parameters
-    spec = ParamSpec(names, ("sd",) * len(names), np.full(len(names), STEP), lower, upper)
+    spec = ParamSpec(
+        names, ("sd",) * len(names), np.full(len(names), GENERAL.mode_step), lower, upper
+    )
     return FaceShape(
         scene, surface, outer, kept, marks, spec, middle(scene, vertices[at_lips]),
         built.model, frame, vertices, at_lips, ImprobablePenalty.of_corpus(built.alpha),

@@ -13,6 +13,7 @@ import numpy as np
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import TooFewFramesError
 from abs_engine.core.params import ParamSpec
+from abs_engine.core.settings import GENERAL
 from abs_engine.face.shape.articulatory import GuidedPCA
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
@@ -118,7 +119,7 @@ def learn_postures(
     noise = _noise(clips, tracked, modes)
     kept = np.flatnonzero(noise < LEARNING.most_noise)
     spec = ParamSpec(
-        names, ("sd",) * len(names), np.full(len(names), LEARNING.first_step),
+        names, ("sd",) * len(names), np.full(len(names), GENERAL.mode_step),
         scores.min(axis=0) - LEARNING.beyond, scores.max(axis=0) + LEARNING.beyond,
     ).only(kept)  # fmt: skip
     each = np.concatenate([np.diff(clip, axis=0) for clip in tracked])

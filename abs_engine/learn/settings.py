@@ -73,8 +73,6 @@ class LearningSettings:
         speech was taken for noise, by 0.03.
     beyond : float, standard deviations
         Beyond what was seen, to which a fit may go. Not measured.
-    first_step : float, standard deviations
-        Of a parameter, at a solver's step 1. Not measured.
     sudden : float, times its usual step
         That a posture may move between two frames: speech is not even. Not measured.
     most_seen : int, postures
@@ -156,7 +154,6 @@ class LearningSettings:
     least_resting: int = 10
     worse: float = 0.01
     beyond: float = 2.0
-    first_step: float = 0.5
     sudden: float = 2.7
     most_seen: int = 300
     least_frames: int = 40

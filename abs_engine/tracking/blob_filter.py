@@ -33,7 +33,9 @@ class LipFollower:
         if self._filter is None:
             return None
         centre = np.asarray(self._filter.statePost[:2, 0], np.float64)
-        spread = np.sqrt(np.diag(self._filter.errorCovPost)[:2] + (0.25 * self._width) ** 2)
+        spread = np.sqrt(
+            np.diag(self._filter.errorCovPost)[:2] + (BLOB_START.reach * self._width) ** 2
+        )
         return LipPrior(centre, np.asarray(spread, np.float64), self._area)
 
     def step(self, image: Image) -> LipBlob | None:
@@ -67,7 +69,7 @@ class LipFollower:
         move[:2, 2:] = np.eye(2) * self._step
         new.transitionMatrix, new.measurementMatrix = move, np.eye(2, 4)
         new.statePost = np.r_[blob.centre, 0.0, 0.0].reshape(4, 1)
-        place, speed = (BLOB_START.noise * self._width) ** 2, self._width**2
+        place, speed = (BLOB_START.noise * self._width) ** 2, (BLOB_START.speed * self._width) ** 2
         new.errorCovPost = np.diag([place, place, speed, speed])
         return new
 

@@ -17,6 +17,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import mouth_window
+from abs_engine.fit.settings import HEAD_FIT
 from abs_engine.tracking.blobs import LipPrior, find_lips
 from abs_engine.tracking.settings.blobs import BLOB_START
 
@@ -52,7 +53,7 @@ def mouth_evidence(
     width, height = camera.size
     if not (0 <= centre[0] < width and 0 <= centre[1] < height):
         return None
-    across = mouth_window(model, pose, camera, person).width / 1.6
+    across = mouth_window(model, pose, camera, person).width / HEAD_FIT.window[0]
     prior = LipPrior(centre, np.full(2, BLOB_START.reach * across), BLOB_START.area * across**2)
     blob = find_lips(classes, image, prior)
     return (

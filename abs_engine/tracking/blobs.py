@@ -18,13 +18,12 @@ from abs_engine.face.appearance.chroma import matched
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES
 from abs_engine.face.appearance.mixture import Mixture
+from abs_engine.face.settings.colour import COLOURS
 from abs_engine.tracking.settings.blobs import BLOB_START
 
 _EDGE = np.ones((3, 3), np.uint8)  # px: between lips and teeth colours mix, and are of no class
 
-# Where lips lie in a skin blob, in its widths from the middle of its top. A turn moves them to the
-# side (by 0.37 at 45 degrees, three heads), hair over the forehead up or down (0.8 to 1.3)
-_EXPECTED, _DEVIATION = np.array([0.0, 1.0]), np.array([0.3, 0.3])
+_EXPECTED, _DEVIATION = np.array(BLOB_START.expected), np.array(BLOB_START.expected_deviation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +101,7 @@ class LipBlob:
 def find_face_blob(classes: ColourClasses, image: Image) -> FaceBlob | None:
     """The face in an image (H, W, 3) RGB: its largest skin blob, or None if that is too small."""
     small, scale = _shrunk(image)
-    maps = classes.probabilities(small, 3.0)
+    maps = classes.probabilities(small, COLOURS.smoothing)
     skin = maps[CLASSES.index("skin")] + maps[CLASSES.index("lips")] > 0.5
     mask = cv2.morphologyEx(skin.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     count, label, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
@@ -115,7 +114,7 @@ def find_face_blob(classes: ColourClasses, image: Image) -> FaceBlob | None:
     y, x = np.nonzero(blob)
     inside = cv2.resize(_filled(blob), image.shape[1::-1], interpolation=cv2.INTER_NEAREST)
     centre = (np.array([x.mean(), y.mean()]) + 0.5) / scale - 0.5
-    top = (float(np.quantile(y, 0.01)) + 0.5) / scale - 0.5
+    top = (float(np.quantile(y, BLOB_START.top)) + 0.5) / scale - 0.5
     return FaceBlob(centre, top, 4 * float(x.std()) / scale, blob.sum() / scale**2, inside > 0)
 
 
@@ -148,7 +147,7 @@ def find_lips(
         return None
     x, y, right, bottom = box
     small, scale = _shrunk(image[y:bottom, x:right])
-    maps = classes.probabilities(small, 3.0)
+    maps = classes.probabilities(small, COLOURS.smoothing)
     if inside is not None:
         part = inside[y:bottom, x:right].astype(np.uint8)
         maps = maps * cv2.resize(part, small.shape[1::-1], interpolation=cv2.INTER_NEAREST)
@@ -228,8 +227,12 @@ def _clusters(
     count, label = cv2.connectedComponents(joined.astype(np.uint8), connectivity=8)
     sizes = np.bincount(label[seeds], minlength=count)
     sizes[0] = 0
-    kept = [k for k in np.argsort(-sizes)[: BLOB_START.most_blobs] if sizes[k] >= 4]
-    y, x = np.nonzero(lips > 0.2)
+    kept = [
+        k
+        for k in np.argsort(-sizes)[: BLOB_START.most_blobs]
+        if sizes[k] >= BLOB_START.least_pixels
+    ]
+    y, x = np.nonzero(lips > BLOB_START.least_lips)
     if not kept or not len(x):
         return None
     pixels, weight = np.stack([x, y], axis=1).astype(np.float64), lips[y, x]
@@ -258,7 +261,7 @@ def _gaussians(features: FloatArray, member: FloatArray) -> Mixture:
     """A Gaussian for each column of `member` (N, K)."""
     mass = member.sum(axis=0)
     means = member.T @ features / mass[:, None]
-    floor = np.diag([1e-4, 1e-4, 0.05, 0.05])
+    floor = np.diag(BLOB_START.least_spread)
     covariances = []
     for k, mean in enumerate(means):
         offset = features - mean

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
+from abs_engine.core.settings import GENERAL
 from abs_engine.tracking.network import Network
 from abs_engine.tracking.settings.detection import DETECTION
 
@@ -147,7 +148,7 @@ def _looked_at(
     place = np.array([[scale, 0.0, 0.0], [0.0, scale, 0.0]])
     place[:, 2] = 0.5 * scale - 0.5 + scale * (first - corner)
     if scale < 1:  # else pixels would be skipped
-        part = np.asarray(cv2.GaussianBlur(part, (0, 0), 0.4 / scale), np.uint8)
+        part = np.asarray(cv2.GaussianBlur(part, (0, 0), GENERAL.shrunk_blur / scale), np.uint8)
     small = np.asarray(cv2.warpAffine(part, place, (_SIDE, _SIDE)), np.uint8)
     faces = _guesses(small, least)
     return [

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
+from abs_engine.core.settings import GENERAL
 from abs_engine.tracking.settings.registration import REGISTRATION
 
 Gray = NDArray[np.float32]
-_PULL = 1 / np.array([0.5, 0.5, 0.5, 60.0, 60.0, 200.0])  # rad^-1, mm^-1: hardly any
+_PULL = 1 / np.array(REGISTRATION.patch_drift)  # rad^-1, mm^-1
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +85,9 @@ class Drawn:
         inside = slice(edge, -edge), slice(edge, -edge)
         usable[inside] = wanted[inside] * whole[inside]
         found = cv2.goodFeaturesToTrack(
-            self.gray, REGISTRATION.most_patches, 0.003,
-            max(2.0, REGISTRATION.patches_apart * self.width), mask=usable, blockSize=self.half,
+            self.gray, REGISTRATION.most_patches, REGISTRATION.patch_quality,
+            max(REGISTRATION.least_apart, REGISTRATION.patches_apart * self.width),
+            mask=usable, blockSize=self.half,
         )  # fmt: skip
         nothing = np.zeros((0, 2), np.int64)
         return nothing if found is None else found.reshape(-1, 2).astype(np.int64)
@@ -186,7 +188,7 @@ def pose_of_matches(
         away = np.einsum("nij,nj->ni", root, camera.project(pose_at(x).apply(moved)) - pixels)
         return np.concatenate([away.ravel(), x[:6] * _PULL, x[6:]])
 
-    scale = np.r_[0.02, 0.02, 0.02, 2.0, 2.0, 10.0, np.full(len(weights), 0.5)]
+    scale = np.r_[REGISTRATION.patch_step, np.full(len(weights), GENERAL.mode_step)]
     first = np.r_[np.zeros(6), weights]
     fit = least_squares(
         residuals,
@@ -194,6 +196,6 @@ def pose_of_matches(
         loss="soft_l1",
         f_scale=REGISTRATION.small_residual,
         x_scale=scale,
-        max_nfev=30,
+        max_nfev=REGISTRATION.pose_limit,
     )
     return pose_at(fit.x), np.asarray(fit.x[6:], np.float64)

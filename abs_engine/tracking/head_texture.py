@@ -20,11 +20,13 @@ from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.core.scene import Candidates, Renderer, Scene
+from abs_engine.core.settings import GENERAL
 from abs_engine.io.assets import Speaker
 from abs_engine.tracking.head_window import pixels_a_mm, window_about
 from abs_engine.tracking.interpolation import at_pixels
 from abs_engine.tracking.rigid_motion import flow
 from abs_engine.tracking.settings.head import HEAD_POSE
+from abs_engine.tracking.settings.registration import REGISTRATION
 
 Gray = NDArray[np.uint8]
 
@@ -235,7 +237,7 @@ def _pixels(window: Window) -> NDArray[np.float32]:
 
 def _sampled(gray: Gray, pixels: NDArray[np.floating], scale: float) -> Gray:
     """The picture at pixels (H, W, 2), blurred as coarsely as it is drawn."""
-    soft = cv2.GaussianBlur(gray, (0, 0), 0.4 / scale) if scale < 1 else gray
+    soft = cv2.GaussianBlur(gray, (0, 0), GENERAL.shrunk_blur / scale) if scale < 1 else gray
     x, y = np.moveaxis(pixels.astype(np.float32), -1, 0)
     edge = cv2.BORDER_REPLICATE
     return np.asarray(cv2.remap(soft, x, y, cv2.INTER_LINEAR, borderMode=edge), np.uint8)
@@ -251,11 +253,13 @@ def _evenly_lit(gray: Gray) -> Gray:
 def _matched(before: Gray, after: Gray, where: BoolArray) -> tuple[NDArray[np.int_], FloatArray]:
     """Whole pixels (N, 2) of corners in one picture, and where they are in another (N, 2)."""
     mask = cv2.erode(where.astype(np.uint8), np.ones((5, 5), np.uint8))
-    apart = max(3.0, min(before.shape) / 40)
+    apart = max(HEAD_POSE.least_apart, min(before.shape) / REGISTRATION.corners_across)
     # None where there is no corner, which OpenCV's types do not say
     found = cast(
         "NDArray[np.float32] | None",
-        cv2.goodFeaturesToTrack(before, HEAD_POSE.most_points, 0.005, apart, mask=mask),
+        cv2.goodFeaturesToTrack(
+            before, HEAD_POSE.most_points, REGISTRATION.corner_quality, apart, mask=mask
+        ),
     )
     if found is None:
         return np.zeros((0, 2), np.int_), np.zeros((0, 2))

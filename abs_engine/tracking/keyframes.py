@@ -91,7 +91,7 @@ class Keyframes:
         least = (
             REGISTRATION.apart
             if state.seen >= REGISTRATION.seen_badly
-            else 0.5 * REGISTRATION.apart
+            else REGISTRATION.apart_badly
         )
         if (
             state.seen >= REGISTRATION.seen_well
@@ -100,6 +100,6 @@ class Keyframes:
         ):
             return
         new = self._make(image, state.pose)
-        if len(new.points) < 2 * REGISTRATION.least_points:
+        if len(new.points) < REGISTRATION.least_reference:
             return
         self.add(new)

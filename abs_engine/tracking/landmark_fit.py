@@ -16,6 +16,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose, rotations
 from abs_engine.core.pose import at_base
+from abs_engine.core.settings import GENERAL
 from abs_engine.core.threads import one_thread
 from abs_engine.tracking.landmark_jacobian import weighed_residuals
 from abs_engine.tracking.landmark_rays import SeenRays
@@ -23,7 +24,6 @@ from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import COUNT, EYES, INNER_RING, LIPS, OUTER_RING, Landmarks
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
-NEAREST = 50.0  # mm from the camera at least
 _STEPS, _SETTLED = 12, 1e-3  # of Gauss-Newton; radians or standard deviations
 _DAMPING = 1e-6
 
@@ -55,7 +55,7 @@ class FrameLandmarks:
 
     def sound(self, shape: LandmarkShape) -> bool:
         """Whether the landmarks are a face's that lies before the camera."""
-        near = float(self.pose.apply(shape.pivot)[2]) < NEAREST
+        near = float(self.pose.apply(shape.pivot)[2]) < GENERAL.nearest
         return bool(
             np.isfinite(self.misfit) and self.misfit < LANDMARK_EVIDENCE.most_misfit and not near
         )

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.settings import GENERAL
 from abs_engine.core.threads import in_threads
 from abs_engine.io.assets import shipped
 from abs_engine.tracking.attention_mesh import SIDE, seen_mesh
@@ -177,7 +178,7 @@ def _cut(image: Image, matrix: FloatArray, step: float) -> Image:
         return np.zeros((SIDE, SIDE, 3), np.uint8)
     part = image[low[1] : high[1], low[0] : high[0]]
     if step > 1:  # else pixels would be skipped
-        part = np.asarray(cv2.GaussianBlur(part, (0, 0), 0.4 * step), np.uint8)
+        part = np.asarray(cv2.GaussianBlur(part, (0, 0), GENERAL.shrunk_blur * step), np.uint8)
     moved = matrix.copy()
     moved[:, 2] -= low
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP

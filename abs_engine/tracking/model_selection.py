@@ -12,6 +12,7 @@ from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Renderer
+from abs_engine.core.settings import GENERAL
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES, features
@@ -88,7 +89,7 @@ def _around(windows: Sequence[Window]) -> Window:
     """The window that holds all of these, a mouth drawn about as large as in the first."""
     low = np.min([(w.x, w.y) for w in windows], axis=0)
     high = np.max([(w.x + w.width, w.y + w.height) for w in windows], axis=0)
-    scale = min(2.0, 1.6 * HEAD_FIT.drawn_mouth / windows[0].width)
+    scale = min(GENERAL.finest, HEAD_FIT.window[0] * HEAD_FIT.drawn_mouth / windows[0].width)
     size = np.ceil((high - low) * scale) / scale
     return Window(float(low[0]), float(low[1]), float(size[0]), float(size[1]), scale)
 

@@ -16,9 +16,11 @@ import numpy as np
 
 from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.camera import Window
+from abs_engine.core.settings import GENERAL
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES
+from abs_engine.face.settings.colour import COLOURS
 from abs_engine.tracking.landmarks import OUTER_RING, Landmarks
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
@@ -51,10 +53,10 @@ class MouthLook:
             return None
         centre = ring.mean(axis=0)
         across = max(float(np.ptp(ring[:, 0])), float(np.ptp(ring[:, 1])), 2.0)
-        side, scale = 2 * across, min(2.0, FRAME_LOOP.look_across / across)
+        side, scale = 2 * across, min(GENERAL.finest, FRAME_LOOP.look_across / across)
         low = centre - side / 2
         window = Window(float(low[0]), float(low[1]), side, side, scale)
-        maps = classes.probabilities(sampled(window, image), 3.0)
+        maps = classes.probabilities(sampled(window, image), COLOURS.smoothing)
         skin = maps[CLASSES.index("skin")]
         mouth = maps.sum(axis=0) - skin
         within, near, far = (

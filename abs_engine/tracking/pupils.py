@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.settings import GENERAL
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.network import Network
 from abs_engine.tracking.settings.detection import DETECTION
@@ -73,7 +74,7 @@ def _cut(image: Image, matrix: FloatArray, step: float) -> Image:
     low = np.clip(middle.astype(int) - reach, 0, np.array(image.shape[1::-1]) - 1)
     part = image[low[1] : low[1] + 2 * reach, low[0] : low[0] + 2 * reach]
     if step > 1:  # else pixels would be skipped
-        part = np.asarray(cv2.GaussianBlur(part, (0, 0), 0.4 * step), np.uint8)
+        part = np.asarray(cv2.GaussianBlur(part, (0, 0), GENERAL.shrunk_blur * step), np.uint8)
     moved = matrix.copy()
     moved[:, 2] -= low
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP

@@ -17,7 +17,7 @@ from abs_engine.face.appearance.harmonics import harmonics
 from abs_engine.tracking.settings.registration import REGISTRATION
 
 Gray = NDArray[np.float32]
-LOBE_WIDTH = np.radians(12.0)  # a forehead bends less behind a brow, so gloss cannot draw one
+_LOBE_WIDTH = np.radians(REGISTRATION.lobe_width)
 
 
 def gray(picture: NDArray[np.generic]) -> Gray:
@@ -26,8 +26,8 @@ def gray(picture: NDArray[np.generic]) -> Gray:
 
 
 def smooth(picture: Gray) -> Gray:
-    """A picture with a little less noise: a Gaussian of one pixel."""
-    return np.asarray(cv2.GaussianBlur(picture, (0, 0), 1.0), np.float32)
+    """A picture with a little less noise, see `REGISTRATION.smoothing`."""
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), REGISTRATION.smoothing), np.float32)
 
 
 def relit(
@@ -78,11 +78,11 @@ def _lobes(normals: FloatArray) -> FloatArray:
     away, turn = k / REGISTRATION.lobes - 1, np.pi * (1 + np.sqrt(5)) * k
     radius = np.sqrt(1 - away**2)
     centres = np.stack([radius * np.cos(turn), radius * np.sin(turn), away], axis=1)
-    facing = centres[away < 0.25]  # z points away from the camera
+    facing = centres[away < REGISTRATION.lobes_turned]  # z points away from the camera
     near = normals @ facing.T
     near -= 1  # in place, here and below: so many numbers take longer to move than to compute
     np.minimum(near, 0.0, out=near)
-    near /= LOBE_WIDTH**2
+    near /= _LOBE_WIDTH**2
     lobes = near.astype(np.float32)
     np.exp(lobes, out=lobes)
     return np.asarray(lobes, np.float64)
@@ -96,6 +96,6 @@ def _robust(terms: FloatArray, values: FloatArray, weak: FloatArray) -> FloatArr
         weighted = terms * weights[:, None]
         found = np.linalg.solve(weighted.T @ terms + ridge, weighted.T @ values)
         away = values - terms @ found
-        usual = 3 * np.median(np.abs(away)) + 0.5
+        usual = REGISTRATION.light_outlier * np.median(np.abs(away)) + REGISTRATION.light_noise
         weights = 1 / (1 + (away / usual) ** 2)
     return np.asarray(found)

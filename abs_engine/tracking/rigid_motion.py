@@ -18,6 +18,7 @@ from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer, Scene
+from abs_engine.tracking.settings.head import HEAD_POSE
 from abs_engine.tracking.settings.registration import REGISTRATION
 
 
@@ -67,7 +68,7 @@ def rigid_reference(
     rigid: BoolArray,
     camera: Camera,
     renderer: Renderer,
-    most: int = 150,
+    most: int = REGISTRATION.most_corners,
 ) -> RigidReference:
     """Choose corners of the image that lie on the rigid part of the face.
 
@@ -90,10 +91,11 @@ def rigid_reference(
     on_face = buffers.covered & rigid[np.maximum(buffers.facet_id - 1, 0)]
     face = float(np.sqrt(buffers.covered.sum()))
     mask = cv2.erode(on_face.astype(np.uint8), np.ones((3, 3), np.uint8))
+    apart = max(REGISTRATION.least_apart, face / REGISTRATION.corners_across)
     # None where there is no corner, which OpenCV's types do not say
     found = cast(
         "NDArray[np.float32] | None",
-        cv2.goodFeaturesToTrack(gray, most, 0.005, max(2.0, face / 40), mask=mask),
+        cv2.goodFeaturesToTrack(gray, most, REGISTRATION.corner_quality, apart, mask=mask),
     )
     pixels = np.zeros((0, 2), np.float32) if found is None else found.reshape(-1, 2)
     column, row = np.rint(pixels.astype(np.float64)).astype(int).T
@@ -116,13 +118,14 @@ def follow(
     guess = reference.pixels if last is None else last.pixels
     there, ok = flow(reference.gray, gray, reference.pixels, guess)
     back, ok_back = flow(gray, reference.gray, there, reference.pixels)
-    returns = np.linalg.norm(back - reference.pixels, axis=1) < 0.7
+    returns = np.linalg.norm(back - reference.pixels, axis=1) < HEAD_POSE.returns
     good = ok & ok_back & returns
     if good.sum() < REGISTRATION.least_points:
         return None
     start = reference.pose if last is None else last.pose
     pose, distance = _resect(reference.points[good], there[good], camera, start)
-    near = distance < max(1.5, 2.5 * float(np.median(distance)))
+    stray = REGISTRATION.stray * float(np.median(distance))
+    near = distance < max(REGISTRATION.least_stray, stray)
     if near.sum() < REGISTRATION.least_points:
         return None
     projected = camera.project(pose.apply(reference.points)).astype(np.float32)
@@ -137,7 +140,7 @@ def flow(
     after: Image,
     pixels: NDArray[np.float32],
     guess: NDArray[np.float32],
-    levels: int = 3,
+    levels: int = REGISTRATION.flow_levels,
 ) -> tuple[NDArray[np.float32], BoolArray]:
     """Places of one image's `pixels` (N, 2) in another, near `guess`; and a mask of those found."""
     there, found, _ = cv2.calcOpticalFlowPyrLK(
@@ -145,9 +148,8 @@ def flow(
         after,
         pixels,
         guess.copy(),
-        winSize=(15, 15),
+        winSize=(REGISTRATION.flow_window, REGISTRATION.flow_window),
         maxLevel=levels,
-        criteria=(cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 30, 0.01),
         flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
     )
     return np.asarray(there, np.float32), np.asarray(found).ravel() == 1
@@ -158,14 +160,13 @@ def _resect(
 ) -> tuple[Pose, FloatArray]:
     """Pose from points, robust to outliers, held weakly to where it was; and the distances.
 
-    A face is nearly flat at this distance, so depth and tilt are weak: the pull to the last pose
-    (0.15 rad, 30 mm, 60 mm in depth) costs little where the points know better.
+    See `REGISTRATION.drift`.
     """
     from scipy.optimize import least_squares  # not for every clip: it takes a while to import
 
     centre = points.mean(axis=0)
     at = start.apply(centre)
-    pull = 1 / np.array([0.15, 0.15, 0.15, 30.0, 30.0, 60.0])
+    pull = 1 / np.array(REGISTRATION.drift)
 
     def pose_of(x: FloatArray) -> Pose:
         turned = Pose.from_vectors(x[:3], np.zeros(3)).rotation @ start.rotation
@@ -173,10 +174,14 @@ def _resect(
 
     def residuals(x: FloatArray) -> FloatArray:
         offset = camera.project(pose_of(x).apply(points)) - pixels
-        return np.concatenate([offset.ravel() / 0.5, x * pull])
+        return np.concatenate([offset.ravel() / HEAD_POSE.match_noise, x * pull])
 
     fit = least_squares(
-        residuals, np.zeros(6), loss="soft_l1", x_scale=1 / (20 * pull), max_nfev=30
+        residuals,
+        np.zeros(6),
+        loss="soft_l1",
+        x_scale=1 / (REGISTRATION.steps_in_drift * pull),
+        max_nfev=REGISTRATION.pose_limit,
     )
     pose = pose_of(fit.x)
     return pose, np.linalg.norm(camera.project(pose.apply(points)) - pixels, axis=1)

@@ -103,9 +103,9 @@ class ShellBinder:
         return pose, joined(shifts, postures)
 
     def _doubt(self, problem: Problem, x: FloatArray, score: float) -> str:
-        """Reason why this is no mouth; empty if half of it is in the picture and explained."""
+        """Reason why this is no mouth; empty if it is in the picture and explained."""
         window = shell_window(self.setting, problem.frame.base)
-        if _share_inside(window, self.setting.camera.size) < 0.5:
+        if _share_inside(window, self.setting.camera.size) < BLOB_START.in_picture:
             return OUTSIDE
         if score < BLOB_START.explained:
             return UNEXPLAINED

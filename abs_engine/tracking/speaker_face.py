@@ -16,6 +16,7 @@ from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Renderer
+from abs_engine.core.settings import GENERAL
 from abs_engine.face.appearance.colour import LAYOUT as COLOURS
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance_file import LAYOUT as APPEARANCE
@@ -28,7 +29,6 @@ from abs_engine.io.arrays import Layout, real, text, whole
 from abs_engine.io.assets import Speaker
 from abs_engine.io.npz import read_model, read_some, write_npz
 from abs_engine.learn.posture_space import PostureSpace
-from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.training import checksum
 from abs_engine.render.cpu import for_threads
 from abs_engine.tracking.head_fit import landmark_shape
@@ -289,7 +289,7 @@ def _of_arrays(data: Mapping[str, Any], speaker: Speaker) -> SpeakerFace:
     )
     own = {key.removeprefix("colours_"): v for key, v in data.items() if key.startswith("colours_")}
     look = UsualLook(*map(float, data["look"])) if len(data["look"]) else None
-    first = np.full(len(names), LEARNING.first_step)
+    first = np.full(len(names), GENERAL.mode_step)
     spec = ParamSpec(names, ("sd",) * len(names), first, data["lower"], data["upper"])
     return SpeakerFace(
         str(data["head"]), scale, data["neutral"], expression,

@@ -23,6 +23,7 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose, rotations, vertex_normals
 from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Candidates, ColourError, Renderer, Scene
+from abs_engine.core.settings import GENERAL
 from abs_engine.face.appearance.region import part
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.io.assets import Speaker
@@ -31,7 +32,6 @@ from abs_engine.tracking.relighting import Gray, gray, relit, smooth
 from abs_engine.tracking.settings.registration import REGISTRATION
 
 Level = tuple[float, float]
-NEAREST = 50.0  # mm from the camera; no part of a face is looked for nearer to it
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,8 +140,8 @@ class KnownHead:
         return float(np.sqrt((away**2).sum(axis=1).mean()))
 
     def _before(self, pose: Pose) -> bool:
-        """Whether the whole face lies before the camera, not nearer than `NEAREST`."""
-        return bool(pose.apply(self.face.mean.astype(np.float64))[:, 2].min() >= NEAREST)
+        """Whether the whole face lies before the camera, not nearer than `GENERAL.nearest`."""
+        return bool(pose.apply(self.face.mean.astype(np.float64))[:, 2].min() >= GENERAL.nearest)
 
     def error(self, image: Image, pose: Pose) -> float:
         """Error with which the head at `pose` explains an image: in units of the colour's noise."""
@@ -151,7 +151,7 @@ class KnownHead:
         term = ColourError(_balanced(np.asarray(window.sample(image), np.float32), self.face))
         one = Candidates.one(np.zeros(self.face.n_modes), pose)
         sums = pixel_sums(self.renderer, self.face, one, self.camera, window, term)
-        if sums.pixels[0] < 0.2 * window.drawn[0] * window.drawn[1]:
+        if sums.pixels[0] < REGISTRATION.least_drawn * window.drawn[0] * window.drawn[1]:
             return 1e9
         mean = float(sums.total[0]) / int(sums.pixels[0])
         return REGISTRATION.observations * mean / (2 * REGISTRATION.chroma_noise**2)
@@ -185,7 +185,7 @@ class KnownHead:
         """Draw, look for what was drawn, and move to where it is."""
         if not self._before(guess.pose):
             return replace(guess, agreement=-1.0)
-        window = _face_window(self.face, guess.pose, self.camera, width, 2.0)
+        window = _face_window(self.face, guess.pose, self.camera, width, GENERAL.finest)
         one = Candidates.one(guess.weights, guess.pose)
         buffers = self.renderer.draw(self._moving, one, self.camera, window)[0]
         seen = gray(window.sample(image.astype(np.float32)))
@@ -268,7 +268,7 @@ def _outline(scene: Scene, pose: Pose, camera: Camera) -> FloatArray:
 def _face_window(scene: Scene, pose: Pose, camera: Camera, width: float, finest: float) -> Window:
     """A window about a face, drawn `width` wide or `finest` times as finely as the picture is."""
     low, high = _outline(scene, pose, camera)
-    margin = 0.3 * (high - low)
+    margin = REGISTRATION.margin * (high - low)
     size = high - low + 2 * margin
     scale = min(finest, width / float(high[0] - low[0]))
     x, y = low - margin

@@ -41,6 +41,9 @@ class ColourSettings:
         by the recall of closures: 1.00 with 0.3, 0.99 without.
     outlier : float, share of the lowest peak density
         Below which a colour belongs to no class. Not measured.
+    smoothing : float, pixels
+        Width of the Hamming window that maps of classes are smoothed by where a whole mouth or face
+        is looked at. Not measured.
     skin_components : int
         Gaussians of the skin at most; the Bayesian information criterion chooses. Not measured.
     lip_components : int
@@ -178,6 +181,7 @@ class ColourSettings:
     most_outdone: float = 2.0
     pale_teeth: float = 0.3
     outlier: float = 2e-4
+    smoothing: float = 3.0
     skin_components: int = 3
     lip_components: int = 2
     least_pixels: int = 30

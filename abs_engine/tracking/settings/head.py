@@ -68,14 +68,17 @@ class HeadSettings:
         here is about 6.
     most_points : int
         Points of texture that are followed. Measured on the films of `side`: 240 are no better.
+    least_apart : float, drawn pixels
+        Between such points at least. Not measured.
     least_points : int
         Points without which two frames are not compared. Not measured.
     facing : float, cosine
         Between the surface and the line of sight at least. Not measured.
     levels : int
         Of the pyramid that flow is sought in. Not measured.
-    returns : float, drawn pixels
-        By which flow there and back misses where it began, at most. Not measured.
+    returns : float, pixels of what is compared
+        By which flow there and back misses where it began, at most; of followed heads, too. Not
+        measured.
     flow_reach : float, drawn pixels
         That flow leads at most. Not measured.
     still : float, mm
@@ -96,9 +99,9 @@ class HeadSettings:
         Along the surface to which a match is taken at most. Not measured.
     grazing : float, cosine
         Between ray and normal that is counted at the flattest. Not measured.
-    match_noise : float, drawn pixels
-        Standard deviation of a match. Chosen on the same films as `side`: 1.48 degrees with 0.7,
-        1.44 with 0.5.
+    match_noise : float, pixels of what is compared
+        Standard deviation of a match; of followed heads, too. Chosen on the same films as `side`:
+        1.48 degrees with 0.7, 1.44 with 0.5.
     matches_alike : float, matches
         That count as one, as they err together. Not measured.
     gaze : tuple of float, mm
@@ -127,6 +130,7 @@ class HeadSettings:
     side: int = 320
     shading: int = 13
     most_points: int = 120
+    least_apart: float = 3.0
     least_points: int = 8
     facing: float = 0.25
     levels: int = 2

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from abs_engine.compare.settings import COMPARISON, CompareSettings
+from abs_engine.core.settings import GENERAL, GeneralSettings
 from abs_engine.face.settings.appearance import (
     APPEARANCE,
     SHADING,
@@ -47,6 +48,8 @@ class Settings:
 
     Attributes
     ----------
+    general : GeneralSettings
+        What all of them share.
     detection : DetectionSettings
         Finding a face, and following it.
     landmarks : LandmarkSettings
@@ -83,6 +86,7 @@ class Settings:
         Close-ups by a camera worn before the mouth.
     """
 
+    general: GeneralSettings = GENERAL
     detection: DetectionSettings = DETECTION
     landmarks: LandmarkSettings = LANDMARK_EVIDENCE
     head: HeadSettings = HEAD_POSE
