@@ -149,6 +149,8 @@ class TalkingFitSettings:
         as far.
     limit : int, evaluations
         Of a frame at most. Not measured.
+    placed_limit : int, evaluations
+        Of a pose alone, with the posture held, at most. Not measured.
     from_neutral : float, times the first simplex
         Where a fit starts far away. Not measured.
     whitened : float, share of A(a)'s strength
@@ -156,15 +158,19 @@ class TalkingFitSettings:
         than that of raw ones. Chosen on visemes that nothing is reported of.
     margin : float, px at 1 pixel per mm
         Around the face as it is at the start. Not measured.
+    least_window : int, px
+        Of what a picture shows of a face, in width and height, to be compared. Not measured.
     """
 
     penalty_share: float = 0.1
     tolerance: float = 1e-4
     tolerance_of_points: float = 1e-5
     limit: int = 600
+    placed_limit: int = 300
     from_neutral: float = 3.0
     whitened: float = 0.1
     margin: float = 10.0
+    least_window: int = 8
 
 
 TALKING_FIT = TalkingFitSettings()

@@ -81,7 +81,7 @@ def surface_window(
     margin = TALKING_FIT.margin * max(1.0, camera.matrix[0, 0] / float(np.median(place[:, 2])))
     low = np.floor(np.maximum(flat.min(axis=0) - margin, 0))
     high = np.ceil(np.minimum(flat.max(axis=0) + margin, camera.size))
-    if not (high - low >= 8).all():
+    if not (high - low >= TALKING_FIT.least_window).all():
         raise OutOfPictureError("the face lies outside of the picture", "start where the face is")
     (x, y), (width, height) = low, high - low
     return Window(float(x), float(y), float(width), float(height), scale)

@@ -126,6 +126,15 @@ class LearningSettings:
         Of the weights. Not measured.
     network_noise : float, standard deviations
         That is added to the inputs. Not measured.
+    clip_least : int, frames
+        Of a run without dots, with fewer sure ones of which lips do not go on learning from it. Not
+        measured.
+    clip_most : int, frames
+        That are learned from of such a run, evenly spread. A bound on time.
+    looks_frames : int, frames
+        That a speaker's appearance is learned from, of all recordings together. Not measured.
+    looks_parts : int, recordings
+        Of which each is predicted by the others; of fewer, each is cut into parts. Not measured.
     """
 
     jump: float = 5.0
@@ -178,6 +187,10 @@ class LearningSettings:
     network_rate: float = 2e-3
     network_decay: float = 1e-3
     network_noise: float = 0.15
+    clip_least: int = 5
+    clip_most: int = 60
+    looks_frames: int = 100
+    looks_parts: int = 5
 
 
 LEARNING = LearningSettings()

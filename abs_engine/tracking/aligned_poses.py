@@ -77,7 +77,9 @@ def _placed(
         return np.concatenate([off(x).ravel() / PREPARATION.pose_deviation[3], held])
 
     ratio = float(np.median(wanted[:, 2] / (there + turns @ usual)[:, 2]))
-    found = least_squares(residuals, np.r_[ratio, usual], loss="soft_l1", x_scale=[0.1, 10, 10, 10])
+    found = least_squares(
+        residuals, np.r_[ratio, usual], loss="soft_l1", x_scale=HEAD_POSE.given_step
+    )
     away = float(np.median(np.linalg.norm(off(found.x), axis=1)))
     return float(found.x[0]), found.x[1:], away
 

@@ -132,4 +132,4 @@ def _places(
     places = np.stack(planes)
     near_lips = places[1] + places[2]
     places[2] = np.maximum(places[2], share * near_lips)  # it may show wherever lips are
-    return np.asarray(0.95 * places / np.maximum(places.sum(axis=0), 1.0))
+    return np.asarray(PREPARATION.placed * places / np.maximum(places.sum(axis=0), 1.0))

@@ -24,7 +24,6 @@ from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.match_equations import linearised
 from abs_engine.tracking.settings.head import HEAD_POSE
 
-_SETTLED = 1e-3
 _DAMPING = 1e-6
 
 
@@ -111,7 +110,7 @@ def _settled(
                 told_so = outline_equations(problem.body, one, views[k], problem.camera)
                 system.add_outline(k, told_so)
         head, moved = system.step()
-        if moved < _SETTLED:
+        if moved < HEAD_POSE.settled:
             break
     return head
 
@@ -224,4 +223,5 @@ class _System:
             head, identity=head.identity + step[:k], error=head.error + step[k : k + q],
             poses=poses, postures=head.postures + each[:, 6:],
         )  # fmt: skip
-        return new, float(max(np.abs(each[:, :3]).max(), 0.1 * np.abs(step[:k]).max(initial=0.0)))
+        moved = HEAD_POSE.identity_counts * np.abs(step[:k]).max(initial=0.0)
+        return new, float(max(np.abs(each[:, :3]).max(), moved))

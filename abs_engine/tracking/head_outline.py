@@ -19,6 +19,7 @@ from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera
 from abs_engine.core.pose import pose_moves
 from abs_engine.core.scene import Candidates, Renderer
+from abs_engine.core.settings import GENERAL
 from abs_engine.tracking.head_equations import Equations
 from abs_engine.tracking.head_texture import HeadBody, HeadView, between, picture_motion
 from abs_engine.tracking.head_window import pixels_a_mm, window_about
@@ -148,7 +149,7 @@ def _rim(drawn: Buffers, apart: int) -> tuple[NDArray[np.int_], FloatArray]:
     at = max(lines, key=len)[::apart, 0].astype(np.int_)
     height, width = covered.shape
     at = at[(at > 0).all(axis=1) & (at[:, 0] < width - 1) & (at[:, 1] < height - 1)]
-    soft = cv2.GaussianBlur(covered.astype(np.float32), (0, 0), 3.0)
+    soft = cv2.GaussianBlur(covered.astype(np.float32), (0, 0), OUTLINE.rim_blur)
     down, right = np.gradient(soft)
     normal = -np.stack([right, down], axis=-1)[at[:, 1], at[:, 0]].astype(np.float64)
     return at, normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
@@ -156,7 +157,7 @@ def _rim(drawn: Buffers, apart: int) -> tuple[NDArray[np.int_], FloatArray]:
 
 def _lab(image: Image, scale: float) -> NDArray[np.float32]:
     """Colours of a frame as coarsely as the head is drawn."""
-    soft = cv2.GaussianBlur(image, (0, 0), max(0.5, 0.4 / scale))
+    soft = cv2.GaussianBlur(image, (0, 0), max(OUTLINE.least_blur, GENERAL.shrunk_blur / scale))
     return np.asarray(cv2.cvtColor(soft, cv2.COLOR_RGB2LAB), np.float32)
 
 

@@ -27,8 +27,6 @@ from abs_engine.tracking.match_equations import linearised_at
 from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.settings.head import HEAD_POSE
 
-_STEPS = 5
-_SETTLED = 3e-3  # rad: after so small a turn, the next hardly moves the head
 _DAMPING = 1e-6
 _FLOOR = np.array(HEAD_POSE.pose_floor)
 
@@ -71,14 +69,14 @@ class TexturedHead:
         view = HeadView(gray, pose, vertices, nearest.normals)
         matches = match(self.body, nearest, view, self.camera, self.renderer)
         points = np.zeros((0, 3)) if matches is None else matches.of(vertices)
-        for _ in range(_STEPS):
+        for _ in range(HEAD_POSE.frame_steps):
             system = self._landmarks(seen, pose, posture)
             if matches is not None:
                 moved = np.tensordot(posture - start.posture, matches.posture, 1)
                 system = system.plus(self._texture(matches, nearest, pose, points + moved))
             step = system.step()
             pose, posture = turned(self.shape, pose, step[:6]), posture + step[6:]
-            if np.abs(step[:3]).max() < _SETTLED:
+            if np.abs(step[:3]).max() < HEAD_POSE.frame_settled:
                 break
         if self.shift is not None:
             pose = shifted(pose, self.shift, self.shape.pivot)

@@ -31,7 +31,7 @@ SEEN_DEVIATION = np.array(PREPARATION.seen_deviation)
 TOLD_DEVIATION = np.array(PREPARATION.given_deviation)
 ALIGNED_DEVIATION = np.array(PREPARATION.aligned_deviation)
 POSE_DEVIATION = np.array(PREPARATION.pose_deviation)
-_POSTURE = Newton(limit=250)
+_POSTURE = Newton(limit=PREPARATION.calibration_limit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +118,8 @@ def calibrate(
         vectors = np.stack([fit_posture(model, t, b, person, v).x for t, b, v in fits])
         joint = person_problem(model, frames, [{COLOUR: t} for t in terms], vectors, deviation)
         start = joint.blocks.vector({POSE: shift, IDENTITY: person})
-        found = Simplex(tolerance=0.1, limit=500).minimise(joint, start, joint.spec).x
+        solver = Simplex(PREPARATION.joint_tolerance, PREPARATION.joint_limit)
+        found = solver.minimise(joint, start, joint.spec).x
         shift, person = (joint.blocks.part(found, name) for name in (POSE, IDENTITY))
     return Calibration(person, shift, classes, vectors)
 
@@ -147,7 +148,7 @@ def _choose_depth(
             base = shifted(frames[k].pose, candidate, model.pivot)
             frame = PoseFrame(base, model.pivot)
             total += fit_posture(
-                model, terms[k], frame, person, vectors[k], Newton(limit=300)
+                model, terms[k], frame, person, vectors[k], Newton(limit=PREPARATION.depth_limit)
             ).value
         return total
 

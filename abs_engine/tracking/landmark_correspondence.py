@@ -32,7 +32,6 @@ from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 FILE = "landmarks.npz"
 FORMAT, VERSION = "abs_engine.landmarks", 2
 _LOWER, _UPPER = INNER_RING[1:10], INNER_RING[11:20]
-_TRIED = 96  # points of the surface about the triangulated one
 _SEEN = ("skin", "upper_lip", "lower_lip", "eyes")  # facet classes that landmarks lie on
 _LAYOUT: Layout = {
     "corners": index("V", COUNT, 3),
@@ -187,7 +186,7 @@ def _candidates(
     """Facets (C,) and barycentric weights (C, 3) of the points that are tried for a landmark."""
     facets = _allowed(speaker, landmark)
     middles = speaker.vertices[speaker.faces[facets]].astype(np.float64).mean(axis=1)
-    near = facets[np.argsort(np.linalg.norm(middles - about, axis=1))[:_TRIED]]
+    near = facets[np.argsort(np.linalg.norm(middles - about, axis=1))[: LANDMARK_EVIDENCE.tried]]
     return np.repeat(near, len(_BARYCENTRIC)), np.tile(_BARYCENTRIC, (len(near), 1))
 
 

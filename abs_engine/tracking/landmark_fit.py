@@ -22,9 +22,9 @@ from abs_engine.tracking.landmark_jacobian import weighed_residuals
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import COUNT, EYES, INNER_RING, LIPS, OUTER_RING, Landmarks
+from abs_engine.tracking.settings.head import HEAD_POSE
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
-_STEPS, _SETTLED = 12, 1e-3  # of Gauss-Newton; radians or standard deviations
 _DAMPING = 1e-6
 
 
@@ -154,10 +154,10 @@ def fit_frame(
         posture = np.zeros(len(shape.posture)) if start is None else start.posture
         if held is not None:
             pose = held.pose
-        for _ in range(_STEPS):
+        for _ in range(LANDMARK_EVIDENCE.steps):
             step = _step(_normal(shape, seen, pose, posture), posture, held is not None)
             pose, posture = turned(shape, pose, step[:6]), posture + step[6:]
-            if np.abs(np.r_[step[:3], step[6:]]).max() < _SETTLED:
+            if np.abs(np.r_[step[:3], step[6:]]).max() < HEAD_POSE.settled:
                 break
         found = _normal(shape, seen, pose, posture)
     information = found.information.copy()

@@ -19,8 +19,7 @@ from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 CHEEKS = (50, 280, 205, 425, 187, 411, 36, 266, 101, 330, 118, 347, 123, 352, 116, 345, 147, 376)
 """Landmarks of both cheeks, off the eyes, the mouth and the outline of the face."""
-_MOST = np.log(4.0)  # a larger change is no light
-_BLACK = 2.0  # levels that are added, so that black has a logarithm
+_MOST = np.log(FRAME_LOOP.light_most)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +69,7 @@ def _cheeks(image: Image, landmarks: Landmarks) -> FloatArray:
         left, top = max(x - reach, 0), max(y - reach, 0)
         patch = image[top : max(y + reach + 1, 0), left : max(x + reach + 1, 0)]
         if patch.size:
-            found[k] = np.log(patch.reshape(-1, 3).mean(axis=0) + _BLACK)
+            found[k] = np.log(patch.reshape(-1, 3).mean(axis=0) + FRAME_LOOP.light_black)
     return found
 
 

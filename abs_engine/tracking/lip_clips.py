@@ -29,6 +29,7 @@ from abs_engine.io.assets import Speaker, shipped
 from abs_engine.io.inputs import read_json
 from abs_engine.io.video import read_frames
 from abs_engine.learn.further import LipClip
+from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.training import check_speaker
 from abs_engine.tracking.record import SUMMARY
 from abs_engine.tracking.recordings import (
@@ -40,8 +41,6 @@ from abs_engine.tracking.recordings import (
 from abs_engine.tracking.run_mesh import load_mesh_of
 from abs_engine.tracking.shells import BUNDLED
 
-LEAST, MOST = 5, 60
-"""Frames of a clip, evenly spread over those that are sure: at least, and at most."""
 COLOURS = "colours.npz"
 
 
@@ -145,12 +144,14 @@ def lip_clip(
                 "join runs of videos that begin and end at the same time",
             )
     sure = np.flatnonzero(np.all([run.sure for run in runs], axis=0))
-    if len(sure) < LEAST:
+    if len(sure) < LEARNING.clip_least:
         raise TooFewFramesError(
             f"the mouth was found for certain in {len(sure)} frames of {first.folder}",
-            f"give runs with {LEAST} or more",
+            f"give runs with {LEARNING.clip_least} or more",
         )
-    at = sure[np.rint(np.linspace(0, len(sure) - 1, min(MOST, len(sure)))).astype(int)]
+    at = sure[
+        np.rint(np.linspace(0, len(sure) - 1, min(LEARNING.clip_most, len(sure)))).astype(int)
+    ]
     own = replace(physics, rest=shell.nodes(first.rest))
     lips = lip_model(speaker, shell, own, first.rest)
     moments = zip(*(run.seen(at, lips, renderer) for run in runs), strict=True)

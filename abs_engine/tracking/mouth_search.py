@@ -119,9 +119,9 @@ def place_mouth(
     grid = np.array(
         [
             [0, 0, 0, dx, dy, dz * deviation[5]]
-            for dx in _to_both_sides(across, 4.0)
-            for dy in _to_both_sides(down, 3.0)
-            for dz in (-1.2, -0.6, 0.0, 0.6, 1.2)
+            for dx in _to_both_sides(across, PREPARATION.search_steps[0])
+            for dy in _to_both_sides(down, PREPARATION.search_steps[1])
+            for dz in PREPARATION.search_depths
         ]
     )
     # closed, open and widely open: the coarsest choice of what a mouth may look like

@@ -124,7 +124,9 @@ class PlacedMouths:
             places[3], PREPARATION.placed_inside * opening * places[1:].sum(axis=0)
         )
         inside = in_picture(window, self.placed[k].image.shape)
-        return np.asarray(0.95 * places / np.maximum(places.sum(axis=0), 1.0) * inside)
+        return np.asarray(
+            PREPARATION.placed * places / np.maximum(places.sum(axis=0), 1.0) * inside
+        )
 
     def terms(self, classes: ColourClasses, vectors: FloatArray) -> list[FacetLikelihood]:
         """The frames' likelihoods with these colours."""

@@ -43,7 +43,11 @@ def pupils_of(image: Image, landmarks: Landmarks) -> FloatArray | None:
         start, end, upper, lower = landmarks.pixels[list(marks)]
         width = float(np.linalg.norm(end - start))
         outside = (np.minimum(start, end) < 0).any() or (np.maximum(start, end) > size - 1).any()
-        if width < 2.0 or outside or np.linalg.norm(upper - lower) < DETECTION.shut_eye * width:
+        if (
+            width < DETECTION.least_eye
+            or outside
+            or np.linalg.norm(upper - lower) < DETECTION.shut_eye * width
+        ):
             return None
         found.append(_pupil(image, start, end, mirrored))
     return np.stack(found)

@@ -17,9 +17,7 @@ from abs_engine.io.assets import Speaker
 from abs_engine.tracking.face_detection import find_face
 from abs_engine.tracking.landmark_correspondence import Sighting
 from abs_engine.tracking.landmarks import landmarks_of
-
-PITCHES, YAWS = (-0.15, 0.1), (-0.6, -0.3, 0.0, 0.3, 0.6)  # radians
-_SIDE, _DEPTH = 400, 700.0  # pixels of a drawing, mm from the camera
+from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,13 +37,13 @@ class Light:
     """
 
     lamp: FloatArray
-    ambient: float = 0.45
-    diffuse: float = 0.65
-    wall: float = 110.0
+    ambient: float = LANDMARK_EVIDENCE.drawn_ambient
+    diffuse: float = LANDMARK_EVIDENCE.drawn_diffuse
+    wall: float = LANDMARK_EVIDENCE.drawn_wall
     tint: FloatArray | float = 1.0
 
 
-USUAL_LIGHT = Light(np.array([0.3, -0.5, -1.0]))
+USUAL_LIGHT = Light(np.array(LANDMARK_EVIDENCE.drawn_lamp))
 
 
 def sightings_of(
@@ -60,9 +58,15 @@ def sightings_of(
     texture : (H, W, 3) uint8 RGB
     renderer : Renderer
     """
-    camera = Camera.ideal((_SIDE, _SIDE))
-    for pitch, yaw in product(PITCHES, YAWS):
-        pose = pose_of(speaker, vertices, (0.0, pitch, yaw), np.array([0.0, 0.0, _DEPTH]))
+    camera = Camera.ideal((LANDMARK_EVIDENCE.drawn_side, LANDMARK_EVIDENCE.drawn_side))
+    place = np.array([0.0, 0.0, LANDMARK_EVIDENCE.drawn_depth])
+    for pitch, yaw in product(LANDMARK_EVIDENCE.drawn_pitches, LANDMARK_EVIDENCE.drawn_yaws):
+        pose = pose_of(
+            speaker,
+            vertices,
+            (0.0, pitch, yaw),
+            np.array([0.0, 0.0, LANDMARK_EVIDENCE.drawn_depth]),
+        )
         seen = sighting_of(speaker, vertices, texture, pose, camera, renderer)
         if seen is not None:
             yield seen

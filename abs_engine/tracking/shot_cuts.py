@@ -40,10 +40,11 @@ def cut_line(frames: Sequence[int]) -> str:
 
 
 def _pattern(image: Image) -> FloatArray | None:
-    """Brightness on 16x16 cells, with mean 0 and deviation 1; None of a plain picture."""
-    down, across = (max(1, n // 128) for n in image.shape[:2])
+    """Brightness on a few cells, with mean 0 and deviation 1; None of a plain picture."""
+    down, across = (max(1, n // DETECTION.cut_side) for n in image.shape[:2])
     part = image[::down, ::across].astype(np.float32)
-    cells = cv2.resize(part, (16, 16), interpolation=cv2.INTER_AREA).mean(axis=2, dtype=np.float64)
+    cells = cv2.resize(part, (DETECTION.cut_cells,) * 2, interpolation=cv2.INTER_AREA)
+    cells = cells.mean(axis=2, dtype=np.float64)
     spread = float(cells.std())
     return None if spread < DETECTION.plain else (cells - cells.mean()) / spread
 

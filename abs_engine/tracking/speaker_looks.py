@@ -18,6 +18,7 @@ from abs_engine.fit.terms import LOCAL, TEXTURE
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulated import compared_head
 from abs_engine.learn.posture_space import PostureSpace
+from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.talking import learn_appearance
 from abs_engine.tracking.over_face import over_face
 from abs_engine.tracking.recorded_frames import sighted
@@ -26,10 +27,6 @@ from abs_engine.tracking.speaker_face import SpeakerFace
 
 LOOKS = (TEXTURE.name, LOCAL.name)
 """Evidence that needs a learned appearance."""
-MOST = 100
-"""Frames that appearance is learned from, of all recordings together."""
-LEAST = 5
-"""Recordings of which each is foretold by the others; of fewer, each is cut into parts."""
 
 
 def can_look(speaker: Speaker) -> bool:
@@ -81,7 +78,7 @@ def with_appearance(
     NothingSeenError, ParameterError
         If they do not show the face.
     """
-    head, each = compared(face, speaker), max(2, MOST // len(recordings))
+    head, each = compared(face, speaker), max(2, LEARNING.looks_frames // len(recordings))
     seen = [list(_sightings(face, head, space, r, each)) for r in recordings]
     counts = [
         len(part) for own in seen for part in np.array_split(np.arange(len(own)), parts(seen))
@@ -92,8 +89,8 @@ def with_appearance(
 
 
 def parts(recordings: Sequence[object]) -> int:
-    """Number of parts of a recording that are left out one by one, so that there are `LEAST`."""
-    return -(-LEAST // len(recordings))
+    """Number of parts of a recording that are left out one by one, see `LEARNING.looks_parts`."""
+    return -(-LEARNING.looks_parts // len(recordings))
 
 
 def _sightings(

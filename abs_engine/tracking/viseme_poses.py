@@ -16,6 +16,7 @@ from abs_engine.core.pose import at_base, no_correction
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.talking import TalkingFace
+from abs_engine.fit.settings import TALKING_FIT
 from abs_engine.fit.talking import talking_problem
 from abs_engine.io.assets import Speaker
 from abs_engine.optimise.simplex import Simplex
@@ -24,8 +25,6 @@ from abs_engine.tracking.landmark_correspondence import Correspondence
 from abs_engine.tracking.landmark_fit import sound_fit
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import landmarks_of
-
-_TOLERANCE, _LIMIT = 1e-4, 300
 
 
 def pose_by_landmarks(
@@ -76,5 +75,6 @@ def by_texture(face: TalkingFace, seen: Sighting, camera: Camera, renderer: Rend
         face, "tex_lin", seen.image, camera, seen.pose, seen.parameters, renderer
     )
     placed = replace(asked, free=(POSE,), held=at_base(seen.parameters))
-    found = Simplex(_TOLERANCE, _LIMIT).minimise(placed, no_correction(), placed.spec)
+    solver = Simplex(TALKING_FIT.tolerance, TALKING_FIT.placed_limit)
+    found = solver.minimise(placed, no_correction(), placed.spec)
     return replace(seen, pose=placed.pose(found.x))

@@ -121,7 +121,7 @@ class WornHead:
         frames = [CalibrationFrame(image, pose) for image in images]
         joint = person_problem(model, frames, [{NAME: t} for t in terms], vectors, deviation)
         start = joint.blocks.vector({POSE: no_correction(), IDENTITY: person})
-        found = Newton(limit=60).minimise(joint, start, joint.spec).x
+        found = Newton(limit=CLOSE_UP.joint_limit).minimise(joint, start, joint.spec).x
         shift = joint.blocks.part(found, POSE)
         return shifted(pose, shift, model.pivot), joint.blocks.part(found, IDENTITY)
 

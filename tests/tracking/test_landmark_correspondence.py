@@ -21,7 +21,7 @@ from abs_engine.tracking.landmark_correspondence import (
     load_correspondence,
 )
 from abs_engine.tracking.landmarks import COUNT, INNER_RING, LIPS
-from abs_engine.tracking.rendered_landmarks import YAWS, sightings_of
+from abs_engine.tracking.rendered_landmarks import sightings_of
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 NOISE = 1.5  # mm
@@ -141,10 +141,13 @@ def test_displacements_are_taken_as_points_are():
 def test_drawings_of_a_head_are_seen_from_its_sides():
     vertices = vertices_of("mei")
     seen = list(
-        islice(sightings_of(speaker(), vertices, texture_of("mei"), CpuRenderer()), len(YAWS))
+        islice(
+            sightings_of(speaker(), vertices, texture_of("mei"), CpuRenderer()),
+            len(LANDMARK_EVIDENCE.drawn_yaws),
+        )
     )
     turns = {round(float(np.arcsin(s.pose.rotation[0, 2])), 2) for s in seen}
-    assert turns == set(YAWS)
+    assert turns == set(LANDMARK_EVIDENCE.drawn_yaws)
     for one in seen:
         there = one.pose.apply(correspondence().of(vertices))
         pixel = there[:, 2].mean() / one.camera.matrix[0, 0]

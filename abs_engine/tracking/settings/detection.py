@@ -57,6 +57,10 @@ class DetectionSettings:
     settled : int, frames
         In a row with a face, after a cut, from which on it is the one that is followed: the first
         may be cut off by the picture's border. Not measured.
+    cut_cells : int, cells to a side
+        Of the coarse picture by which cuts are found. Not measured.
+    cut_side : int, px
+        Least side that a picture is thinned to before these are averaged. A bound on time.
     plain : float, levels of 255
         Standard deviation of a coarse picture's cells, below which a picture is plain. Not
         measured.
@@ -77,6 +81,8 @@ class DetectionSettings:
         measured.
     shut_eye : float, ratio
         Of an eye's height and width, below which its iris is guessed. Not measured.
+    least_eye : float, px
+        Width of an eye, below which its iris is guessed, too. Not measured.
     reach : float, mm
         Across the line of sight: farther a head does not get from frame to frame. Not measured.
     alike : float, correlation
@@ -127,6 +133,8 @@ class DetectionSettings:
     faces_kept: int = 500
     patience: int = 50
     settled: int = 5
+    cut_cells: int = 16
+    cut_side: int = 128
     plain: float = 6.0
     change: float = 0.35
     most_changed: float = 0.5
@@ -134,6 +142,7 @@ class DetectionSettings:
     present: float = 0.8
     turned_eyes: float = 0.5
     shut_eye: float = 0.12
+    least_eye: float = 2.0
     reach: float = 60.0
     alike: float = 0.7
     least_template: int = 12

@@ -60,6 +60,11 @@ class FrameSettings:
         does change.
     light_full : float, logarithm
         From which on all of it is undone. Measured with `light_none`.
+    light_most : float, ratio
+        Largest change that is taken for one of light. Not measured.
+    light_black : float, levels of 255
+        That are added before logarithms of light are taken: noise of what is nearly black counts
+        less. Not measured.
     light_patch : float, share of the face's size
         Half the side of what is looked at about a landmark. Not measured.
     least_separability : float, probability
@@ -154,6 +159,8 @@ class FrameSettings:
     least_in_picture: float = 0.8
     light_none: float = 0.06
     light_full: float = 0.12
+    light_most: float = 4.0
+    light_black: float = 2.0
     light_patch: float = 0.02
     least_separability: float = 0.75
     least_agreement: float = 0.7

@@ -26,6 +26,14 @@ class HeadSettings:
         Gauss-Newton steps by landmarks and pupils alone. Not measured.
     steps : int
         Gauss-Newton steps in each round. Not measured.
+    frame_steps : int
+        Gauss-Newton steps of a frame's pose at most. Not measured.
+    frame_settled : float, rad
+        After a turn by less, the next step hardly moves the head and is left out. Not measured.
+    settled : float, rad and standard deviations
+        The same of the fit of a frame's landmarks, and of the joint fit. Not measured.
+    identity_counts : float, rad per standard deviation
+        By which a step of the identity counts in that. Not measured.
     near : int, frames
         That each is compared with, those that face most alike. Chosen of 3 and 5 on the films of
         `side`: 1.5 and 1.7 degrees.
@@ -53,6 +61,8 @@ class HeadSettings:
         By which they may place it elsewhere there. Not measured.
     given_origin : float, mm
         Standard deviation of where the origin of their head lies. Not measured.
+    given_step : tuple of float, ratio and mm
+        First steps of scale and origin of given poses. Not measured.
     given_deviation : tuple of float, rad and mm
         The same of a given pose, once aligned. Chosen on films of two people with their true poses:
         with three times as much, landmarks move them by 0.5 and 0.2 degrees instead of 0.1 and
@@ -61,6 +71,8 @@ class HeadSettings:
         Longer side of the pictures that are compared, at most. Chosen on 24 films of other heads
         (seeds 1 to 3), joint fit: faces lie 1.8 degrees off the true ones with 220, and 1.6 with
         320; 440 is no better.
+    margin : float, px
+        Of picture around skin whose texture, or outline, is compared. Not measured.
     shading : int, drawn pixels
         Radius of the blur that is subtracted from both pictures. It stands for shading, which does
         not move with the skin. Chosen on the same films: 1.6 degrees without it; 1.54, 1.51, 1.48
@@ -117,6 +129,10 @@ class HeadSettings:
     rounds: int = 3
     first_steps: int = 8
     steps: int = 3
+    frame_steps: int = 5
+    frame_settled: float = 3e-3
+    settled: float = 1e-3
+    identity_counts: float = 0.1
     near: int = 3
     known_near: int = 5
     joint_alike: float = 4.0
@@ -126,8 +142,10 @@ class HeadSettings:
     given_apart: float = 8.0
     given_away: float = 25.0
     given_origin: float = 30.0
+    given_step: tuple[float, ...] = (0.1, 10.0, 10.0, 10.0)
     given_deviation: tuple[float, ...] = (0.005, 0.005, 0.005, 0.17, 0.17, 1.33)
     side: int = 320
+    margin: float = 4.0
     shading: int = 13
     most_points: int = 120
     least_apart: float = 3.0

@@ -35,6 +35,8 @@ class LandmarkSettings:
         a head's is not found. Not measured.
     guessed : float, weight
         Of such a landmark. Not measured.
+    steps : int
+        Gauss-Newton steps of a frame's landmarks at most. Not measured.
     factors_between : int
         Factors of a person's errors that are learned. Not measured.
     factors_within : int
@@ -60,6 +62,24 @@ class LandmarkSettings:
         A sighting that is farther off counts as this far. Not measured.
     least_sightings : int
         Of a landmark, of a head that it is found on. Not measured.
+    tried : int, points
+        Of the surface about a triangulated landmark, of which the best is its own. Not measured.
+    drawn_pitches : tuple of float, rad
+        Of the drawings of a head in which its landmarks are found. Not measured.
+    drawn_yaws : tuple of float, rad
+        The same, each with each. Not measured.
+    drawn_side : int, px
+        Of such a drawing. Not measured.
+    drawn_depth : float, mm
+        From the camera to the head in it. Not measured.
+    drawn_ambient : float, share of white
+        Light of the room in it. Not measured.
+    drawn_diffuse : float, share of white
+        Light of its lamp. Not measured.
+    drawn_wall : float, levels of 255
+        Of the wall behind the head. Not measured.
+    drawn_lamp : tuple of float, camera frame
+        Direction to the lamp. Not measured.
     least_deviation : float, mm
         Of a landmark: one that hardly any side shows may agree by chance. Not measured.
     place_rounds : tuple of float, mm
@@ -90,6 +110,7 @@ class LandmarkSettings:
     stray_lips: float = 8.0
     hidden: float = 0.15
     guessed: float = 0.05
+    steps: int = 12
     factors_between: int = 25
     factors_within: int = 40
     least_noise: float = 1.5
@@ -99,6 +120,15 @@ class LandmarkSettings:
     closest: int = 3
     stray_sighting: float = 6.0
     least_sightings: int = 3
+    tried: int = 96
+    drawn_pitches: tuple[float, ...] = (-0.15, 0.1)
+    drawn_yaws: tuple[float, ...] = (-0.6, -0.3, 0.0, 0.3, 0.6)
+    drawn_side: int = 400
+    drawn_depth: float = 700.0
+    drawn_ambient: float = 0.45
+    drawn_diffuse: float = 0.65
+    drawn_wall: float = 110.0
+    drawn_lamp: tuple[float, ...] = (0.3, -0.5, -1.0)
     least_deviation: float = 1.0
     place_rounds: tuple[float, ...] = (3.0, 2.0)
     least_motion: float = 0.7

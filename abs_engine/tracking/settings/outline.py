@@ -17,12 +17,17 @@ class OutlineSettings:
         Of an outline, with fewer of which it says nothing. Not measured.
     apart : float, mm
         From place to place along the outline. Not measured.
+    rim_blur : float, drawn pixels
+        Standard deviation of the blur of the drawn head, whose slope is the outline's normal. Not
+        measured.
     reach : float, mm
         Along the normal, to both sides, where an edge is looked for. Not measured.
     ear_reach : float, mm
         The same outward of an ear. Chosen by eye on p16 of the strangers' clips and on GRID's.
     step : float, mm
         From sample to sample. Not measured.
+    least_blur : float, px
+        The same of the picture at least, against noise. Not measured.
     beside : tuple of float, mm
         Inward, between which the skin beside a place is seen. Not measured.
     spread : tuple of float, Lab of 8 bits
@@ -54,9 +59,11 @@ class OutlineSettings:
     side: int = 220
     least: int = 8
     apart: float = 4.0
+    rim_blur: float = 3.0
     reach: float = 10.0
     ear_reach: float = 18.0
     step: float = 0.5
+    least_blur: float = 0.5
     beside: tuple[float, ...] = (-14.0, -6.0)
     spread: tuple[float, ...] = (14.0, 5.0, 5.0)
     other: float = 9.0

@@ -25,8 +25,14 @@ class PreparationSettings:
         much of it in all rounds (with 0.35 in the last, what such a clip came to hung on where it
         was begun), and on full lips, whose shade needs little in the last (with 0.65 one closure in
         ten was missed).
+    placed : float, probability
+        Most that a place alone says of what is seen there. Not measured.
     searched : float, standard deviations
         To either side, how far the mouth is looked for. Not measured.
+    search_steps : tuple of float, mm
+        From place to place where the mouth is looked for, across and down. Not measured.
+    search_depths : tuple of float, standard deviations
+        Of the depth, that are tried there. Not measured.
     elsewhere : float, mm
         A face that is farther off is another face's, or none's. Not measured.
     elsewhere_depth : float, share of the depth
@@ -86,6 +92,15 @@ class PreparationSettings:
         That may be the mouth's inside, as the posture may err. Not measured.
     posture_limit : int, evaluations
         Of a posture's fit at most. Not measured.
+    calibration_limit : int, evaluations
+        Of a posture's fit in the calibration of an unknown mouth by colours at most. Not measured.
+    depth_limit : int, evaluations
+        Of the same where a depth is tried. Not measured.
+    joint_tolerance : float, nats
+        By less than which the values of a simplex over person and place differ when it stops. Not
+        measured.
+    joint_limit : int, evaluations
+        Of that simplex at most. Not measured.
     reaches_again : tuple of int, drawn pixels
         To either side of a border that are looked at when a posture is fitted again, once the
         person has moved. Measured with this and without the simplex, on all strangers' clips and
@@ -124,7 +139,10 @@ class PreparationSettings:
         (0.05, 0.5),
         (0.04, 0.45),
     )
+    placed: float = 0.95
     searched: float = 4.0
+    search_steps: tuple[float, float] = (4.0, 3.0)
+    search_depths: tuple[float, ...] = (-1.2, -0.6, 0.0, 0.6, 1.2)
     elsewhere: float = 60.0
     elsewhere_depth: float = 0.35
     searched_more: tuple[float, float] = (0.8, 1.6)
@@ -155,6 +173,10 @@ class PreparationSettings:
     placed_opening: float = 2.5
     placed_inside: float = 0.6
     posture_limit: int = 60
+    calibration_limit: int = 250
+    depth_limit: int = 300
+    joint_tolerance: float = 0.1
+    joint_limit: int = 500
     reaches_again: tuple[int, ...] = (3, 2, 2)
     speaker_looked: int = 25
     speaker_views: int = 12

@@ -20,6 +20,8 @@ class WornSettings:
         That these are spread over at most. A bound on time. Not measured.
     rounds : int
         Of learning colours and fitting, without a model of mouths. Not measured.
+    joint_limit : int, evaluations
+        Of the fit of place and person at most. Not measured.
     wider : tuple of float, mouth widths
         That the first window is wider and higher by: the mouth is about there. Not measured.
     face : float, mouth widths
@@ -36,6 +38,7 @@ class WornSettings:
     fitted: int = 12
     seen: int = 1200
     rounds: int = 4
+    joint_limit: int = 60
     wider: tuple[float, float] = (0.4, 0.4)
     face: float = 2.9
     below: float = 0.27
