@@ -9,14 +9,13 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.scene import Scene
+from abs_engine.face.settings.shape import SHAPE
 
 Rings = Mapping[str, NDArray[np.integer]]
 
 
 MIDDLE, SIDES = 4, (2, 6)
 """Of the nine gaps from corner to corner: the mouth's middle, and half-way to its corners."""
-PINCHED, SLACK = 0.9, 0.7
-"""How much of the sides' gap the middle's is at least, and mm that are allowed for."""
 
 
 def lip_gaps(scene: Scene, rings: Rings) -> tuple[FloatArray, FloatArray]:
@@ -49,10 +48,7 @@ def lip_gaps(scene: Scene, rings: Rings) -> tuple[FloatArray, FloatArray]:
 def pinching(gap: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
     """By how much a mouth's middle opens farther than its sides do, of `lip_gaps`.
 
-    Of 1,879 frames of a recorded face whose mouth is open by more than 1 mm, on the bundled head,
-    the gap in the middle is 0.97 of the mean of both sides' or more in 99.9 %; of postures drawn
-    from the modes' own Gaussian it is below 0.7 in 5 %. `SLACK` is left for lips whose middle hangs
-    lower than the bundled head's.
+    See `SHAPE.pinched`.
 
     Returns
     -------
@@ -61,8 +57,8 @@ def pinching(gap: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray
     (1, P) float64, mm per unit of a posture's parameter
     """
     share = np.zeros(len(gap))
-    share[[MIDDLE, *SIDES]] = 1.0, *(-0.5 * PINCHED for _ in SIDES)
-    return np.array([share @ gap + SLACK]), (share @ slope)[None]
+    share[[MIDDLE, *SIDES]] = 1.0, *(-0.5 * SHAPE.pinched for _ in SIDES)
+    return np.array([share @ gap + SHAPE.pinch_slack]), (share @ slope)[None]
 
 
 def lip_heights(scene: Scene, rings: Rings) -> tuple[FloatArray, FloatArray]:
@@ -77,7 +73,7 @@ def lip_heights(scene: Scene, rings: Rings) -> tuple[FloatArray, FloatArray]:
     outer = rings["outer"]
     x, y = scene.mean[outer, 0], scene.mean[outer, 1]
     middle = scene.mean[rings["corners"], 1].mean()
-    reach = 0.6 * float(np.ptp(x)) / 2
+    reach = SHAPE.lip_reach * float(np.ptp(x)) / 2
     stations = np.linspace(-reach, reach, 7) + float(x.max() + x.min()) / 2
     height, change = [], []
     for ring, sign in (("upper", 1.0), ("lower", -1.0)):

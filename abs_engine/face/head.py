@@ -272,8 +272,10 @@ def _rigid_facets(speaker: Speaker, neutral: NDArray[np.float32]) -> BoolArray:
     nose = neutral[speaker.landmarks["nose_tip"][0]]
     eyes = neutral[speaker.landmarks["eye_corners"]]
     skin = speaker.facet_class == speaker.class_id("skin")
-    height = (centre[:, 1] > nose[1] - 8) & (centre[:, 1] < eyes[:, 1].mean() + 45)
-    return np.asarray(skin & height & (centre[:, 2] > eyes[:, 2].min() - 25))
+    height = (centre[:, 1] > nose[1] - SHAPE.still_below) & (
+        centre[:, 1] < eyes[:, 1].mean() + SHAPE.still_above
+    )
+    return np.asarray(skin & height & (centre[:, 2] > eyes[:, 2].min() - SHAPE.still_behind))
 
 
 def _prototypes(
@@ -290,4 +292,6 @@ def _prototypes(
         weights = np.array([posture.get(n, 0.0) for n in names])
         target = neutral[lips] + np.tensordot(weights, units, 1) - expression.mean[lips]
         out.append(np.linalg.lstsq(matrix, target.ravel(), rcond=None)[0])
-    return np.asarray(np.clip(np.array(out), -3.0, 3.0), np.float64)
+    return np.asarray(
+        np.clip(np.array(out), -SHAPE.prototype_limit, SHAPE.prototype_limit), np.float64
+    )

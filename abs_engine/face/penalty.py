@@ -12,6 +12,7 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
+from abs_engine.face.settings.shape import SHAPE
 
 _STEEPEST = 50.0  # beyond that many softnesses it goes on in a straight line: exp would overflow
 
@@ -43,8 +44,8 @@ class ImprobablePenalty:
 
     mean: FloatArray
     whitener: FloatArray
-    softness: float = 3.0
-    strength: float = 0.01
+    softness: float = SHAPE.penalty_softness
+    strength: float = SHAPE.penalty_strength
 
     def __post_init__(self) -> None:
         if self.mean.ndim != 1 or self.whitener.shape != (self.size, self.size):
@@ -55,11 +56,12 @@ class ImprobablePenalty:
             raise ParameterError("the penalty is not positive", _CHECK)
 
     @classmethod
-    def of_corpus(cls, parameters: FloatArray, strength: float = 0.01) -> ImprobablePenalty:
+    def of_corpus(
+        cls, parameters: FloatArray, strength: float = SHAPE.penalty_strength
+    ) -> ImprobablePenalty:
         """With mean and covariance of the parameters (T, P) of a corpus.
 
-        The covariance is drawn a tenth of the way to the identity, so that few or dependent
-        postures do not make a direction impossible.
+        The covariance is drawn towards the identity, see `SHAPE.penalty_shrunk`.
 
         Raises
         ------
@@ -70,7 +72,8 @@ class ImprobablePenalty:
         if len(rows) < _FEWEST:
             raise ParameterError("one posture has no spread", _CHECK)
         spread = np.atleast_2d(np.cov(rows.T))
-        spread = (1 - _SHRINK) * spread + _SHRINK * np.eye(len(spread))
+        share = SHAPE.penalty_shrunk
+        spread = (1 - share) * spread + share * np.eye(len(spread))
         return cls(rows.mean(axis=0), np.linalg.inv(np.linalg.cholesky(spread)), strength=strength)
 
     @property
@@ -93,4 +96,4 @@ class ImprobablePenalty:
 
 
 _CHECK = "take them from the corpus"
-_SHRINK, _FEWEST = 0.1, 2
+_FEWEST = 2

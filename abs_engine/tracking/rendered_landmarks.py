@@ -61,12 +61,7 @@ def sightings_of(
     camera = Camera.ideal((LANDMARK_EVIDENCE.drawn_side, LANDMARK_EVIDENCE.drawn_side))
     place = np.array([0.0, 0.0, LANDMARK_EVIDENCE.drawn_depth])
     for pitch, yaw in product(LANDMARK_EVIDENCE.drawn_pitches, LANDMARK_EVIDENCE.drawn_yaws):
-        pose = pose_of(
-            speaker,
-            vertices,
-            (0.0, pitch, yaw),
-            np.array([0.0, 0.0, LANDMARK_EVIDENCE.drawn_depth]),
-        )
+        pose = pose_of(speaker, vertices, (0.0, pitch, yaw), place)
         seen = sighting_of(speaker, vertices, texture, pose, camera, renderer)
         if seen is not None:
             yield seen

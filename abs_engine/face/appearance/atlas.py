@@ -20,9 +20,7 @@ from abs_engine.core.errors import MeshError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.face.appearance.visibility import Sighting, depth_of, in_sight
-
-SIZES = 64, 1024
-"""Least and largest side of an atlas, texels."""
+from abs_engine.face.settings.appearance import APPEARANCE
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +156,7 @@ def fitting_size(scene: Scene, camera: Camera, pose: Pose) -> tuple[int, int]:
     texels = np.abs(_areas(scene.uv.astype(np.float64), inside))
     drawn = texels > 0
     side = np.median(np.sqrt(pixels[drawn] / texels[drawn]))
-    rounded = int(np.clip(16 * np.ceil(side / 16), *SIZES))
+    rounded = int(np.clip(16 * np.ceil(side / 16), *APPEARANCE.texture_sizes))
     return rounded, rounded
 
 

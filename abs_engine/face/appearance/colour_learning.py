@@ -65,7 +65,7 @@ def learn_classes(
         If fewer than `COLOURS.least_pixels` are left for skin or lips.
     """
     prior, pixels = _chosen(images, places)
-    certain = prior[0] > 0.9 * prior[0].max()
+    certain = prior[0] > COLOURS.certain * prior[0].max()
     reference = float(np.median(luminance(pixels)[certain]))
     samples = features(pixels, reference)
     around, core = prior[0] > 0.5, prior[1] > COLOURS.core * prior[1].max()
@@ -113,7 +113,8 @@ def _separated(
     """
     around, core = prior[0] > 0.5, prior[1] > COLOURS.core * prior[1].max()
     anchor = inside = inside_guess(skin)
-    strength, count = 0.25 * prior[1].sum(), COLOURS.lips_held * float(prior[1] @ core)
+    strength = COLOURS.inside_held * prior[1].sum()
+    count = COLOURS.lips_held * float(prior[1] @ core)
     for turn in range(COLOURS.rounds):
         whole = lips if held is None else with_shade(lips)
         share = posterior((skin, whole, inside), samples, prior)
@@ -152,7 +153,7 @@ def typical_classes(
         As by `learn_classes`.
     """
     prior, pixels = _chosen(images, places)
-    certain = prior[0] > 0.9 * prior[0].max()
+    certain = prior[0] > COLOURS.certain * prior[0].max()
     reference = float(np.median(luminance(pixels)[certain]))
     samples = features(pixels, reference)
     _enough("skin", prior[0] * certain)
@@ -180,10 +181,10 @@ def _chosen(
     """Priors (3, N) and RGB values (N, 3) of the pixels that are learned from."""
     prior = np.concatenate([p.reshape(len(PLACES), -1) for p in places], axis=1)
     pixels = np.concatenate([np.asarray(i, np.float64).reshape(-1, 3) for i in images])
-    keep = np.flatnonzero(prior.sum(axis=0) > 0.02)
+    keep = np.flatnonzero(prior.sum(axis=0) > COLOURS.least_place)
     keep = keep[:: max(1, -(-len(keep) // COLOURS.most_pixels))]
     prior, pixels = prior[:, keep], pixels[keep]
-    if not (prior.size and prior[:2].max(axis=1).min() > 0.2):
+    if not (prior.size and prior[:2].max(axis=1).min() > COLOURS.least_shown):
         raise FaceNotFoundError(
             "no skin and lips lie where the mouth was looked for",
             "give the mouth's box with --mouth X Y WIDTH HEIGHT in pixels of the first frame",
@@ -256,14 +257,15 @@ def shaded(mixture: Mixture, amount: float) -> Mixture:
 def posterior(mixtures: Sequence[Mixture], samples: FloatArray, prior: FloatArray) -> FloatArray:
     """Probability (K, N) of K classes, given their priors (K, N) by place; the rest is none."""
     joint = np.stack([m.density(samples) for m in mixtures]) * prior
-    rest = np.maximum(1 - prior.sum(axis=0), 0.02)  # a flat density over the colour cube
+    # a flat density over the colour cube
+    rest = np.maximum(1 - prior.sum(axis=0), COLOURS.elsewhere)
     return np.asarray(joint / (joint.sum(axis=0) + rest))
 
 
 def skin_of(samples: FloatArray, components: int = COLOURS.skin_components) -> Mixture:
-    """Skin colours without the tenth that is farthest from the rest (nostrils, background)."""
+    """Skin colours without those that are farthest from the rest (nostrils, background)."""
     first = single(samples, np.ones(len(samples))).density(samples)
-    core = samples[first >= np.quantile(first, 0.1)]
+    core = samples[first >= np.quantile(first, COLOURS.stray_skin)]
     return sound(fit_mixture(core, np.ones(len(core)), components))
 
 
@@ -276,8 +278,8 @@ def _reddest(samples: FloatArray, prior: FloatArray, skin: Mixture) -> Mixture:
     """The reddest part of where lips are expected: for lips that are painted, or in odd light."""
     centre = skin.weights @ skin.means
     redness = (samples[:, 0] - centre[0]) - (samples[:, 1] - centre[1])
-    expected = prior > 0.5 * prior.max()
-    threshold = np.quantile(redness[expected], 0.4)
+    expected = prior > COLOURS.painted_place * prior.max()
+    threshold = np.quantile(redness[expected], COLOURS.painted_part)
     return single(samples, prior * (redness >= threshold) * expected)
 
 

@@ -16,9 +16,9 @@ DARK, TEETH = slice(0, 1), slice(1, 4)
 _LIT_TEETH, _SHADED_TEETH = 2, 3  # of the same
 _LIPS_MEAN = np.array(COLOURS.lips_mean)
 _LIPS_SPREAD = np.array(COLOURS.lips_spread)
-_LIPS_NOISE = np.diag([1e-4, 1e-4, 1e-3])  # of a pixel about its own person's lips
+_LIPS_NOISE = np.diag(COLOURS.lips_noise)
 _LIP_SHADE_MEAN = np.array(COLOURS.lip_shade_mean)
-_LIP_SHADE_SPREAD = np.diag(np.array([0.03, 0.02, 0.035]) ** 2)
+_LIP_SHADE_SPREAD = np.diag(np.array(COLOURS.lip_shade_spread) ** 2)
 
 
 def typical_lips(skin: Mixture) -> Mixture:
@@ -91,26 +91,24 @@ def without_teeth(skin: Mixture) -> Mixture:
 
 def _teeth_beside(skin: FloatArray) -> FloatArray:
     """Chromaticity (2,) of teeth beside skin of this colour (3,)."""
-    light = np.array([skin[0] / 0.42, skin[1] / 0.33, (1 - skin[0] - skin[1]) / 0.25])
+    light = np.array([skin[0], skin[1], 1 - skin[0] - skin[1]]) / COLOURS.skin_chroma
     return np.asarray(0.5 * (skin[:2] + light[:2] / light.sum()))
 
 
 def inside_guess(skin: Mixture) -> Mixture:
     """Dark of the mouth, then teeth in light and in the lips' shade, from the skin's colour.
 
-    Skin is taken to have the chromaticity (0.42, 0.33) in neutral light, which gives the light's
-    own; teeth lie half-way between. The dark is red and has a third of the skin's luminance.
-    Teeth that a smile bares are a little brighter than skin (the brighter half of them, in ten
-    faces that smile: log luminance 0.03 to 0.4 above skin's). Others are darker, and those in
-    shade, lit by what the lips throw back, lie between teeth and dark.
+    What skin is like in neutral light (`COLOURS.skin_chroma`) gives the light's own chromaticity;
+    teeth lie half-way between. The dark is red. Teeth that a smile bares are a little brighter than
+    skin. Others are darker, and those in shade, lit by what the lips throw back, lie between teeth
+    and dark.
     """
     centre = skin.weights @ skin.means
     teeth = _teeth_beside(centre)
-    dark, bright = np.array([centre[0] + 0.03, centre[1] - 0.03, -0.37]), np.array([*teeth, -0.10])
-    shade, bared = 0.5 * (dark + bright), np.array([*teeth, 0.06])
-    spread = np.array([[0.05, 0.04, 0.11], [0.02, 0.02, 0.05], [0.02, 0.02, 0.09]])
-    spread = np.vstack([spread, [0.02, 0.02, 0.07]])
-    covariances = np.stack([np.diag(s**2) for s in spread])
+    dark = np.r_[centre[:2], 0.0] + COLOURS.dark
+    bright, bared = (np.array([*teeth, light]) for light in (COLOURS.teeth, COLOURS.bared_teeth))
+    shade = 0.5 * (dark + bright)
+    covariances = np.stack([np.diag(s**2) for s in np.array(COLOURS.inside_spread)])
     return Mixture(
-        np.array([0.45, 0.1, 0.27, 0.18]), np.stack([dark, bared, bright, shade]), covariances
+        np.array(COLOURS.inside_parts), np.stack([dark, bared, bright, shade]), covariances
     )

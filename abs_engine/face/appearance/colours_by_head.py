@@ -45,7 +45,6 @@ from abs_engine.face.settings.colour import COLOURS
 PLACES = ("skin", *EACH_LIP, "inside")
 WIDTH = np.array(COLOURS.lip_width)
 PLACE = np.array(COLOURS.lip_place)
-_LEAST_PRIOR = 0.2  # of skin or lips, anywhere in a frame that shows them
 
 
 def learn_placed(
@@ -72,7 +71,7 @@ def learn_placed(
         If the places hold no skin or no lips: they lie outside of the picture.
     """
     prior, pixels, sure = _chosen(images, places)
-    certain = prior[0] > 0.9 * prior[0].max()
+    certain = prior[0] > COLOURS.certain * prior[0].max()
     reference = float(np.median(luminance(pixels)[certain]))
     samples = features(pixels, reference)
     skin, inside, lips, share = _separated(samples, prior, sure, skin_of(samples[certain]))
@@ -80,7 +79,7 @@ def learn_placed(
     def learned(place: str) -> Mixture:
         k = PLACES.index(place)
         if place == "skin":
-            return sound(fit_mixture(samples, share[k] * (prior[k] > 0.5), 3))
+            return sound(fit_mixture(samples, share[k] * (prior[k] > 0.5), COLOURS.skin_components))
         return _finished(samples, sure * share[k] * _core(prior[k]), lips[EACH_LIP.index(place)])
 
     skin, *found = in_threads(learned, ("skin", *EACH_LIP))
@@ -115,7 +114,7 @@ def _separated(
         _drawn(_guess(samples, sure * prior[k] * _core(prior[k]), typical_lips(skin)), skin)
         for k in (1, 2)
     ]
-    strength = 0.25 * prior[1:3].sum()
+    strength = COLOURS.inside_held * prior[1:3].sum()
     share = prior
     for _ in range(COLOURS.rounds):
         share = posterior([skin, *(with_shade(m) for m in lips), inside], samples, prior)
@@ -163,7 +162,8 @@ def _wide(mixture: Mixture) -> Mixture:
 def _finished(samples: FloatArray, weight: FloatArray, lip: Mixture) -> Mixture:
     """A lip with as many components as its pixels ask for, widened where they are few."""
     weight = weight * lit_share(with_shade(lip), samples)
-    found = lip if weight.sum() < 2 * COLOURS.lip_held else fit_mixture(samples, weight, 2)
+    few = weight.sum() < COLOURS.lip_fitted
+    found = lip if few else fit_mixture(samples, weight, COLOURS.lip_components)
     return with_shade(
         shaded(found.anchored(samples, weight, _wide(found), COLOURS.lip_held), COLOURS.lip_shading)
     )
@@ -195,7 +195,9 @@ def _sure(places: Sequence[FloatArray]) -> FloatArray:
     1 for all where too few frames show the mouth shut.
     """
     inside = PLACES.index("inside")
-    seen = [p[1:inside].max(initial=0.0) > _LEAST_PRIOR for p in places]  # else outside the picture
+    seen = [
+        p[1:inside].max(initial=0.0) > COLOURS.least_shown for p in places
+    ]  # else outside the picture
     closed = [p[inside].max(initial=0.0) < COLOURS.parted for p in places]
     shut = np.logical_and(seen, closed)
     least = COLOURS.parted_weight if shut.sum() >= COLOURS.least_shut else 1.0
@@ -209,10 +211,10 @@ def _chosen(
     sure = _sure(places)
     prior = np.concatenate([p.reshape(len(PLACES), -1) for p in places], axis=1)
     pixels = np.concatenate([np.asarray(i, np.float64).reshape(-1, 3) for i in images])
-    keep = np.flatnonzero(prior.sum(axis=0) > 0.02)
+    keep = np.flatnonzero(prior.sum(axis=0) > COLOURS.least_place)
     keep = keep[:: max(1, -(-len(keep) // COLOURS.most_pixels))]
     prior, pixels, sure = prior[:, keep], pixels[keep], sure[keep]
-    if not (prior.size and min(prior[0].max(), prior[1:3].max()) > _LEAST_PRIOR):
+    if not (prior.size and min(prior[0].max(), prior[1:3].max()) > COLOURS.least_shown):
         raise FaceNotFoundError(
             "the mouth lies outside of the picture in the frames that were looked at",
             "give a video that shows the mouth",

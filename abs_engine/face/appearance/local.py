@@ -178,6 +178,6 @@ _NUMBERS = ("explained", "unit")
 
 
 def inverse_spread(spread: FloatArray) -> FloatArray:
-    """One over spreads (N, 8), none of which counts as less than a tenth of their median."""
-    floor = 0.1 * np.median(spread, axis=0) + 1e-6
+    """One over spreads (N, 8), none of which counts as less than a share of their median."""
+    floor = APPEARANCE.least_spread * np.median(spread, axis=0) + 1e-6
     return np.asarray(1 / np.maximum(spread, floor))

@@ -19,9 +19,6 @@ from abs_engine.face.appearance.visibility import Sighting, sighted
 from abs_engine.face.appearance.windows import Windows
 from abs_engine.face.settings.appearance import APPEARANCE
 
-SHARES = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0)
-"""What is tried for `AppearanceSettings.alone` where there are several recordings."""
-
 
 def learn_local(
     sightings: Iterable[Sighting],
@@ -120,7 +117,7 @@ def own_share(frames: Frames, ridge: float) -> float:
         Of their fits.
     """
     recordings = np.zeros(len(frames.seen)) if frames.recordings is None else frames.recordings
-    missed, gained = frames.left_out(ridge), np.zeros(len(SHARES))
+    missed, gained = frames.left_out(ridge), np.zeros(len(APPEARANCE.alone_tried))
     for name in np.unique(recordings):
         others = frames.recorded(recordings != name)
         off = others.left_out(ridge)
@@ -131,10 +128,10 @@ def own_share(frames: Frames, ridge: float) -> float:
         )
         values, axes = np.linalg.eigh(kept.T @ kept / len(kept))
         along = (out @ axes) ** 2
-        for k, share in enumerate(SHARES):
+        for k, share in enumerate(APPEARANCE.alone_tried):
             wide = (1 - share) * np.maximum(values, 0.0) + share
             gained[k] -= 0.5 * float((along / wide + np.log(wide)).sum())
-    return SHARES[int(np.argmax(gained))]
+    return APPEARANCE.alone_tried[int(np.argmax(gained))]
 
 
 def _model(

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import Float32Array, FloatArray
 from abs_engine.face.appearance import mixture_loops
+from abs_engine.face.settings.colour import COLOURS
 
 _Real = TypeVar("_Real", np.float32, np.float64)
 _FLOOR = 1e-5  # variance floor: 8-bit chromaticity is not finer than this
@@ -100,7 +101,7 @@ class Mixture:
         parts = self.densities(samples)
         share = weight[:, None] * parts / np.maximum(parts.sum(axis=1, keepdims=True), 1e-300)
         mass = share.sum(axis=0)
-        alive = mass > 1e-3 * mass.sum()
+        alive = mass > COLOURS.least_component * mass.sum()
         share, mass = share[:, alive], mass[alive]
         means = share.T @ samples / mass[:, None]
         scatter = _scatters(samples, share, means) / mass[:, None, None]
@@ -168,7 +169,9 @@ def single(samples: FloatArray, weight: FloatArray) -> Mixture:
     return Mixture(np.ones(1), mean[None], spread + _FLOOR * np.eye(len(mean)))
 
 
-def fit_mixture(samples: FloatArray, weight: FloatArray, most: int, steps: int = 25) -> Mixture:
+def fit_mixture(
+    samples: FloatArray, weight: FloatArray, most: int, steps: int = COLOURS.mixture_steps
+) -> Mixture:
     """A mixture with as many components as the Bayesian information criterion asks for.
 
     Parameters
@@ -183,8 +186,8 @@ def fit_mixture(samples: FloatArray, weight: FloatArray, most: int, steps: int =
 
     Notes
     -----
-    Neighbouring pixels are not independent; the criterion counts a quarter of the weight as
-    samples.
+    Neighbouring pixels are not independent; the criterion counts a share of the weight
+    as samples, see `COLOURS.independent`.
     """
     samples, weight = _counted(samples, weight)
     mixture = single(samples, weight)
@@ -218,6 +221,6 @@ def _split(mixture: Mixture) -> Mixture:
 def _bic(mixture: Mixture, samples: FloatArray, weight: FloatArray) -> float:
     k, d = mixture.means.shape
     free = k - 1 + k * d + k * d * (d + 1) / 2
-    count = 0.25 * weight.sum()
-    likelihood = 0.25 * weight @ np.log(np.maximum(mixture.density(samples), 1e-300))
+    count = COLOURS.independent * weight.sum()
+    likelihood = COLOURS.independent * weight @ np.log(np.maximum(mixture.density(samples), 1e-300))
     return float(free * np.log(max(count, 2.0)) - 2 * likelihood)

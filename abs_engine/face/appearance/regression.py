@@ -17,8 +17,6 @@ from abs_engine.core.errors import NothingSeenError, ParameterError
 from abs_engine.face.settings.appearance import APPEARANCE
 
 BLOCK = 20_000  # items solved at once
-RIDGES = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
-"""Frames; the last leaves a fit nearly constant."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,11 +81,11 @@ class Frames:
         return Frames(self.values[kept], self.seen[kept], self.parameters[kept], names)
 
     def ridge(self, usual: float) -> float:
-        """The one of `RIDGES` with which recordings foretell others best; `usual` without any."""
+        """The ridge with which recordings foretell others best; `usual` without any."""
         if self.recordings is None:
             return usual
-        lost = [float((self.left_out(ridge) ** 2).sum()) for ridge in RIDGES]
-        return RIDGES[int(np.argmin(lost))]
+        lost = [float((self.left_out(ridge) ** 2).sum()) for ridge in APPEARANCE.ridges]
+        return APPEARANCE.ridges[int(np.argmin(lost))]
 
     def left_out(self, ridge: float) -> FloatArray:
         """Residual of each frame from the fit of all others, (T, K, C); 0 where it shows no item.

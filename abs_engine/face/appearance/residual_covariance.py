@@ -89,8 +89,10 @@ def leftover(frames: Frames, ridge: float, atlas: Atlas) -> Leftover:
 
 
 def floored(spread: NDArray[T]) -> NDArray[T]:
-    """Spreads, of which none counts as less than a tenth of their median."""
-    return np.asarray(np.maximum(spread, 0.1 * np.median(spread) + 1e-6), spread.dtype)
+    """Spreads, of which none counts as less than a share of their median."""
+    return np.asarray(
+        np.maximum(spread, APPEARANCE.least_spread * np.median(spread) + 1e-6), spread.dtype
+    )
 
 
 def _strongest(rows: FloatArray) -> FloatArray:

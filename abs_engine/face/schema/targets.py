@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from abs_engine.face.settings.shape import SHAPE
+
 # Each is a pair of shape targets, less and more, and how far people vary (standard deviation)
 PERSON_TARGETS: dict[str, tuple[str, str, float]] = {
-    "mouth width": ("mouth_scale_horiz_decr", "mouth_scale_horiz_incr", 0.5),
-    "upper lip height": ("mouth_upperlip_height_decr", "mouth_upperlip_height_incr", 0.6),
-    "lower lip height": ("mouth_lowerlip_height_decr", "mouth_lowerlip_height_incr", 0.6),
-    "mouth height": ("mouth_trans_down", "mouth_trans_up", 0.5),
-    "cupid's bow": ("mouth_cupidsbow_decr", "mouth_cupidsbow_incr", 0.5),
-    "corners": ("mouth_angles_down", "mouth_angles_up", 0.5),
-    "upper lip flanks": ("mouth_upperlip_ext_down", "mouth_upperlip_ext_up", 0.6),
-    "lower lip flanks": ("mouth_lowerlip_ext_up", "mouth_lowerlip_ext_down", 0.6),
-    "lower lip width": ("mouth_lowerlip_width_decr", "mouth_lowerlip_width_incr", 0.6),
-}
+    "mouth width": ("mouth_scale_horiz_decr", "mouth_scale_horiz_incr", SHAPE.mouth_target),
+    "upper lip height": (
+        "mouth_upperlip_height_decr", "mouth_upperlip_height_incr", SHAPE.lip_target,
+    ),
+    "lower lip height": (
+        "mouth_lowerlip_height_decr", "mouth_lowerlip_height_incr", SHAPE.lip_target,
+    ),
+    "mouth height": ("mouth_trans_down", "mouth_trans_up", SHAPE.mouth_target),
+    "cupid's bow": ("mouth_cupidsbow_decr", "mouth_cupidsbow_incr", SHAPE.mouth_target),
+    "corners": ("mouth_angles_down", "mouth_angles_up", SHAPE.mouth_target),
+    "upper lip flanks": ("mouth_upperlip_ext_down", "mouth_upperlip_ext_up", SHAPE.lip_target),
+    "lower lip flanks": ("mouth_lowerlip_ext_up", "mouth_lowerlip_ext_down", SHAPE.lip_target),
+    "lower lip width": ("mouth_lowerlip_width_decr", "mouth_lowerlip_width_incr", SHAPE.lip_target),
+}  # fmt: skip
 """MakeHuman's targets of the mouth; a head that lacks them has no modes of a person's mouth."""
 DRAWN_TARGETS: Mapping[str, float] = {
     "mouth_scale_horiz": 0.20, "mouth_upperlip_height": 0.22, "mouth_lowerlip_height": 0.22,

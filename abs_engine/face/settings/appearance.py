@@ -27,9 +27,14 @@ class AppearanceSettings:
     ridge : float, frames
         Weight of the wish that a texel or a point does not depend on the parameters; see
         `LinearFits.solve`. Not measured.
+    ridges : tuple of float, frames
+        That are tried for `ridge` where there are several recordings; with the last a fit is nearly
+        constant. Not measured.
     alone : float, share of each component's noise
         That is taken for its own: in a few dozen frames, that of hundreds of components cannot be
         distinguished from noise that they have in common. Not measured.
+    alone_tried : tuple of float, share of each component's noise
+        That are tried for `alone` where there are several recordings. Not measured.
     highest : float, leverage
         Of a frame at most: one that alone decides about an item has nearly 1. Not
         measured.
@@ -37,9 +42,13 @@ class AppearanceSettings:
         Directions of common noise that are kept. Not measured.
     least_own : float, share of the variance
         That counts as not common, where few frames hold no more. Not measured.
+    least_spread : float, median spreads
+        That a component's noise, or a texel's, counts as at least. Not measured.
     frames_each : int, frames
         For each number fitted at least, where what is left says how uncertain a texel is. Not
         measured.
+    texture_sizes : tuple of int, texels
+        Side of a texture, least and largest. The latter is a bound on time. Not measured.
     window_step : float, ratio
         Of neighbouring scales of the maps between which a deformed window is interpolated. Not
         measured.
@@ -58,11 +67,15 @@ class AppearanceSettings:
     squarely: float = 0.5
     sigma: float = 2.0
     ridge: float = 1.0
+    ridges: tuple[float, ...] = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
     alone: float = 0.05
+    alone_tried: tuple[float, ...] = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0)
     highest: float = 0.95
     common: int = 6
     least_own: float = 0.1
+    least_spread: float = 0.1
     frames_each: int = 2
+    texture_sizes: tuple[int, int] = (64, 1024)
     window_step: float = 1.25
     window_reach: float = 2.0
     beside: float = 0.1

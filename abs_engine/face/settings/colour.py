@@ -48,9 +48,27 @@ class ColourSettings:
         Gaussians of the skin at most; the Bayesian information criterion chooses. Not measured.
     lip_components : int
         The same of a lip. Not measured.
+    mixture_steps : int
+        Of expectation and maximisation, for each number of Gaussians that is tried. Not measured.
+    independent : float, share of a class's pixels
+        That count as samples where the number of Gaussians is chosen: neighbouring pixels are
+        alike. Not measured.
+    least_component : float, share of a class's pixels
+        Below which a Gaussian of it dies out. Not measured.
     least_pixels : int, pixels
         Of a class, weighted by how surely they belong to it, with fewer of which nothing is
         learned. Not measured.
+    least_place : float, prior
+        Of all classes together, below which a pixel is not learned from. Not measured.
+    elsewhere : float, prior
+        At least, that a pixel shows none of the classes: its colour may then be any. Not measured.
+    least_shown : float, prior
+        Of skin or lips that some pixel has at least where these are in the picture. Not measured.
+    certain : float, share of the largest prior
+        From which on skin is expected surely enough for a first guess. Not measured.
+    stray_skin : float, share of such skin
+        That is left out of this guess: what is farthest from the rest, nostrils or background. Not
+        measured.
     skin_shading : float, a third of log luminance
         Spread that is added to the skin's, for light that changes. Not measured.
     lip_shading : float, a third of log luminance
@@ -59,8 +77,14 @@ class ColourSettings:
         From which on lips are expected surely enough to learn from. Not measured.
     lips_held : float, share of the pixels where lips are expected
         So many count for anybody's lips. Not measured.
+    inside_held : float, share of the pixels where lips are expected
+        So many count for what anybody's teeth and dark are like. Not measured.
     unusual : float, share of where lips are expected
         If less looks like anybody's lips, they are taken to be painted. Not measured.
+    painted_place : float, share of the largest prior
+        From which on the colour of painted lips is looked for. Not measured.
+    painted_part : float, quantile
+        Of redness there, from which on it is lips. Not measured.
     mix : float, share of the way from skin to lips
         Spread of both by mixing at their border. Not measured.
     mixed_way : float, share of the way from skin to a lip
@@ -81,12 +105,30 @@ class ColourSettings:
         learned for skin were a sixteenth of it.
     less_red : float, share of the way from lips to lit teeth
         That teeth in shade lie on at least. Measured: about half-way where they were looked at.
+    skin_chroma : tuple of float, chromaticity
+        R, G and B of any skin in neutral light, by which a clip's skin says its light; the chroma
+        of teeth lies half-way from skin to light. Not measured.
+    dark : tuple of float, features
+        The dark of the mouth: its chroma less the skin's, and its luminance, a third of the skin's.
+        Not measured.
+    teeth : float, a third of log luminance
+        Of teeth beside the skin's; those in shade lie half-way between these and the dark. Not
+        measured.
+    bared_teeth : float, a third of log luminance
+        The same of teeth that a smile bares. Measured: of the brighter half of them in ten faces
+        that smile it is 0.01 to 0.13.
+    inside_spread : tuple of tuple of float, features
+        Standard deviations of dark, bared, lit and shaded teeth. Not measured.
+    inside_parts : tuple of float, share of the mouth's inside
+        Of these. Not measured.
     lips_mean : tuple of float, features
         Lips less skin. Measured: medians inside and around the lips of 33 faces, 8 of the GRID
         corpus and 25 of other pictures, some of them dark, bearded, laughing or in coloured light.
         In none are lips greener than skin; how much redder or darker they are varies.
     lips_spread : tuple of tuple of float, features squared
         How far people and lights differ in that. Measured on the same 33 faces.
+    lips_noise : tuple of float, features squared
+        Variances of a pixel about its own person's lips. Not measured.
     lip_shade_mean : tuple of float, features
         Lips in their own shade, where they meet and turn in, less lit lips; each throws its red
         back at the other. Measured: of the darkest pixel of each column between closed lips (8
@@ -95,6 +137,8 @@ class ColourSettings:
         those videos; of pixels as `chroma.matched` gives them it is (0.044, -0.021, -0.136), but
         with that closures were found no better. Darker yet, and a narrow gap or a tongue in shade
         would be taken for lips.
+    lip_shade_spread : tuple of float, features
+        Standard deviations of that. Not measured.
     lip_shade_part : float, share of the lips
         That lies in that shade. Not measured.
     beside_teeth_part : float, times the lips' own weight
@@ -114,6 +158,8 @@ class ColourSettings:
         of a pixel about its own person's lips (see `lips_mean`), widened by a fifth.
     lip_held : float, pixels
         That this width counts as. Not measured.
+    lip_fitted : float, pixels
+        Of such a lip, from which on it may have several Gaussians. Not measured.
     lip_place : tuple of float, features
         By how much a lip's colour may be wrong as its place is. Skin or a dark opening beside it
         differ by three times as much, and may be a third of what is learned. Not measured further.
@@ -184,12 +230,23 @@ class ColourSettings:
     smoothing: float = 3.0
     skin_components: int = 3
     lip_components: int = 2
+    mixture_steps: int = 25
+    independent: float = 0.25
+    least_component: float = 1e-3
     least_pixels: int = 30
+    least_place: float = 0.02
+    elsewhere: float = 0.02
+    least_shown: float = 0.2
+    certain: float = 0.9
+    stray_skin: float = 0.1
     skin_shading: float = 0.03
     lip_shading: float = 0.015
     core: float = 0.6
     lips_held: float = 0.15
+    inside_held: float = 0.25
     unusual: float = 0.1
+    painted_place: float = 0.5
+    painted_part: float = 0.4
     mix: float = 0.2
     mixed_way: float = 0.25
     mixed_spread: float = 0.2
@@ -197,19 +254,33 @@ class ColourSettings:
     palest: float = 0.42
     frequent: float = 0.2
     less_red: float = 0.3
+    skin_chroma: tuple[float, ...] = (0.42, 0.33, 0.25)
+    dark: tuple[float, ...] = (0.03, -0.03, -0.37)
+    teeth: float = -0.10
+    bared_teeth: float = 0.06
+    inside_spread: tuple[tuple[float, ...], ...] = (
+        (0.05, 0.04, 0.11),
+        (0.02, 0.02, 0.05),
+        (0.02, 0.02, 0.09),
+        (0.02, 0.02, 0.07),
+    )
+    inside_parts: tuple[float, ...] = (0.45, 0.1, 0.27, 0.18)
     lips_mean: tuple[float, ...] = (0.034, -0.044, -0.044)
     lips_spread: tuple[tuple[float, ...], ...] = (
         (8.4e-4, -4.8e-4, -8.7e-4),
         (-4.8e-4, 3.3e-4, 4.0e-4),
         (-8.7e-4, 4.0e-4, 6.0e-3),
     )
+    lips_noise: tuple[float, ...] = (1e-4, 1e-4, 1e-3)
     lip_shade_mean: tuple[float, ...] = (0.05, -0.033, -0.11)
+    lip_shade_spread: tuple[float, ...] = (0.03, 0.02, 0.035)
     lip_shade_part: float = 0.1
     beside_teeth_part: float = 0.3
     beside_teeth_way: float = 0.3
     beside_teeth_darker: float = 0.06
     lip_width: tuple[float, ...] = (0.012, 0.008, 0.05)
     lip_held: float = 40.0
+    lip_fitted: float = 80.0
     lip_place: tuple[float, ...] = (0.012, 0.010, 0.04)
     parted: float = 0.5
     parted_weight: float = 0.2

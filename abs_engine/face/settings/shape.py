@@ -25,11 +25,27 @@ class ShapeSettings:
     one_sided : float, share of the postures
         In which one side of a pair takes less part than the other, as in a smirk. Chosen with
         `expression_modes`.
+    uneven : float, share
+        By which both sides of a pair differ from its weight at most. Not measured.
     recorded : float, share of the postures
         That are a real person's; see `face.shape.mouth`. Chosen of 0, 0.2 and 0.5 on p01 to p08 of
         the strangers' clips, where r of the width with the detector's is 0.57, 0.96 and 0.99 in p07
         and 0.85, 0.89 and 0.89 in p02, and on the demo, where the head's direction is off by 0.5,
         0.6 and 0.8 degrees and with 0.5 a closed frame is missed.
+    authored : int, postures
+        That are drawn of those that nobody recorded. Not measured.
+    jaw_form : tuple of float, exponents
+        Of the beta distribution of the jaw's opening in them. Not measured.
+    lips_closed : float, share of them
+        In which lips close, as in p, b and m. Not measured.
+    least_closed : float, share of the jaw's opening
+        By which they then close at least. Not measured.
+    half_closed : float, share of the jaw's opening
+        By which they close in the others at most. Not measured.
+    action_weights : tuple of float, weight
+        Largest of each action of the mouth in them, see `face.shape.mouth.ACTIONS`. Not measured.
+    action_shares : tuple of float, share of them
+        In which each of these takes part. Not measured.
     scanned_units : float, share
         Of an unknown person's postures that are made with face units after scans (ICT FaceKit), not
         with the bundled head's; see `face.shape.mouth.mouth_shape`. Assumed, as neither is known to
@@ -38,6 +54,8 @@ class ShapeSettings:
         closed frames is 0.98, 0.97 and 0.94.
     widest_jaw : float, weight of `jawOpen`
         Beyond which it is yawning, not speech. Not measured.
+    lip_weight : float, times the skin
+        That lips count where modes of the mouth are found. Not measured.
     mouth_reach : float, mm
         From the lips, over which a difference of people fades. Not measured.
     mouth_far : float, times that
@@ -49,6 +67,10 @@ class ShapeSettings:
         The same of targets alone, chosen by the same.
     target_macro : float, weight
         The same of whole people, chosen by the same.
+    mouth_target : float, weight
+        Standard deviation of MakeHuman's targets of a whole mouth in a person's. Not measured.
+    lip_target : float, weight
+        The same of those of a single lip. Not measured.
     scanned : float, share
         Of an unknown person's prior that comes from a face model made after scans (ICT-FaceKit);
         the rest is the bundled head's, which an artist made. The mean lies as far from the one to
@@ -95,20 +117,96 @@ class ShapeSettings:
         That a node of the lips counts where learned physics moves a head. Not measured.
     weight_cost : float, mm
         Of the lips' motion that a unit of weight costs, beside 1 mm of misfit. Not measured.
+    pinched : float, share of the gaps at its sides
+        That a mouth's middle is open by at least. Measured: of 1,879 frames of a recorded face
+        whose mouth is open by more than 1 mm, on the bundled head, it is so by 0.97 or more in 99.9
+        %; of postures drawn from the modes' own Gaussian by less than 0.7 in 5 %.
+    pinch_slack : float, mm
+        That this may be missed by, for lips whose middle hangs lower than the bundled head's. Not
+        measured.
+    lip_reach : float, share of half the mouth's width
+        To both sides of its middle, over which heights of lips are held. Not measured.
+    prototype_limit : float, standard deviations
+        Of a mode in a posture that a fit begins with, at most. Not measured.
+    still_below : float, mm
+        Below the tip of the nose, where skin begins that hardly moves in speech. Not measured.
+    still_above : float, mm
+        Above the eyes, where it ends. Not measured.
+    still_behind : float, mm
+        Behind the foremost corner of the eyes, up to which it lies. Not measured.
+    penalty_softness : float, standard deviations
+        From the corpus' mean, beyond which the penalty of improbable parameters grows much faster
+        than a Gaussian's. Not measured.
+    penalty_strength : float, the error's units
+        Of that penalty, unless another is given. Not measured.
+    penalty_shrunk : float, share of the way to the identity
+        That the corpus' covariance is drawn for it, so that few or dependent postures make no
+        direction impossible. Not measured.
+    left_motion : float, share of a mode's variance
+        That is left to it at least where it is mostly error of observation. Not measured.
     """
 
     expression_modes: int = 20
     mode_limit: float = 8.0
     reach: float = 85.0
     one_sided: float = 0.4
+    uneven: float = 0.15
     recorded: float = 0.2
+    authored: int = 4000
+    jaw_form: tuple[float, float] = (1.0, 1.8)
+    lips_closed: float = 0.35
+    least_closed: float = 0.7
+    half_closed: float = 0.25
+    action_weights: tuple[float, ...] = (
+        0.7,
+        0.9,
+        0.5,
+        0.6,
+        0.4,
+        0.5,
+        0.4,
+        0.7,
+        0.8,
+        0.6,
+        0.7,
+        0.3,
+        0.3,
+        0.5,
+        0.5,
+        0.4,
+        0.4,
+        0.3,
+    )
+    action_shares: tuple[float, ...] = (
+        0.3,
+        0.35,
+        0.3,
+        0.3,
+        0.2,
+        0.15,
+        0.15,
+        0.35,
+        0.35,
+        0.15,
+        0.2,
+        0.15,
+        0.15,
+        0.15,
+        0.15,
+        0.12,
+        0.12,
+        0.15,
+    )
     scanned_units: float = 0.5
     widest_jaw: float = 0.55
+    lip_weight: float = 5.0
     mouth_reach: float = 30.0
     mouth_far: float = 2.5
     target_pair: float = 0.3
     target_alone: float = 0.2
     target_macro: float = 0.13
+    mouth_target: float = 0.5
+    lip_target: float = 0.6
     scanned: float = 0.3
     scanned_lips: float = 10.0
     identity_modes: int = 96
@@ -125,6 +223,17 @@ class ShapeSettings:
     border_spring: float = 0.01
     lip_share: float = 3.0
     weight_cost: float = 0.02
+    pinched: float = 0.9
+    pinch_slack: float = 0.7
+    lip_reach: float = 0.6
+    prototype_limit: float = 3.0
+    still_below: float = 8.0
+    still_above: float = 45.0
+    still_behind: float = 25.0
+    penalty_softness: float = 3.0
+    penalty_strength: float = 0.01
+    penalty_shrunk: float = 0.1
+    left_motion: float = 0.05
 
 
 SHAPE = ShapeSettings()

@@ -14,6 +14,7 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.io.arrays import Layout, plain, real, text
 from abs_engine.io.npz import read_npz, write_npz
 
@@ -87,11 +88,13 @@ class LearnedPhysics:
     def deviations(self) -> FloatArray:
         """Standard deviations (P,), mm, of other motion itself, without errors of observation.
 
-        A weak mode that is mostly error would else be free to move by as much; a twentieth of its
+        A weak mode that is mostly error would else be free to move by as much; a share of its
         variance is left to it.
         """
         noise = self.noise_variances if len(self.noise_variances) else 0.0
-        return np.asarray(np.sqrt(np.maximum(self.expected - noise, 0.05 * self.expected)))
+        return np.asarray(
+            np.sqrt(np.maximum(self.expected - noise, SHAPE.left_motion * self.expected))
+        )
 
     @property
     def held(self) -> float:

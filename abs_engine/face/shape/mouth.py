@@ -13,27 +13,13 @@ from abs_engine.face.shape.postures import Postures, recorded_postures
 from abs_engine.face.shape.scanned_units import unit_differences
 from abs_engine.io.assets import Speaker
 
-# a unit, or both of a pair: largest weight, and how often it takes part
-_ACTIONS: dict[str, tuple[float, float]] = {
-    Unit.MOUTH_FUNNEL: (0.7, 0.3),
-    Unit.MOUTH_PUCKER: (0.9, 0.35),
-    Pair.MOUTH_SMILE: (0.5, 0.3),
-    Pair.MOUTH_STRETCH: (0.6, 0.3),
-    Pair.MOUTH_FROWN: (0.4, 0.2),
-    Pair.MOUTH_PRESS: (0.5, 0.15),
-    Pair.MOUTH_DIMPLE: (0.4, 0.15),
-    Pair.MOUTH_UPPER_UP: (0.7, 0.35),
-    Pair.MOUTH_LOWER_DOWN: (0.8, 0.35),
-    Unit.MOUTH_ROLL_UPPER: (0.6, 0.15),
-    Unit.MOUTH_ROLL_LOWER: (0.7, 0.2),
-    Unit.MOUTH_SHRUG_UPPER: (0.3, 0.15),
-    Unit.MOUTH_SHRUG_LOWER: (0.3, 0.15),
-    Unit.MOUTH_LEFT: (0.5, 0.15),
-    Unit.MOUTH_RIGHT: (0.5, 0.15),
-    Unit.JAW_LEFT: (0.4, 0.12),
-    Unit.JAW_RIGHT: (0.4, 0.12),
-    Unit.JAW_FORWARD: (0.3, 0.15),
-}
+ACTIONS: tuple[str, ...] = (
+    Unit.MOUTH_FUNNEL, Unit.MOUTH_PUCKER, Pair.MOUTH_SMILE, Pair.MOUTH_STRETCH, Pair.MOUTH_FROWN,
+    Pair.MOUTH_PRESS, Pair.MOUTH_DIMPLE, Pair.MOUTH_UPPER_UP, Pair.MOUTH_LOWER_DOWN,
+    Unit.MOUTH_ROLL_UPPER, Unit.MOUTH_ROLL_LOWER, Unit.MOUTH_SHRUG_UPPER, Unit.MOUTH_SHRUG_LOWER,
+    Unit.MOUTH_LEFT, Unit.MOUTH_RIGHT, Unit.JAW_LEFT, Unit.JAW_RIGHT, Unit.JAW_FORWARD,
+)  # fmt: skip
+"""The mouth's actions: a face unit, or both of a pair."""
 # jaw opening, per unit of weight, that keeps the lips of this head from passing into each other
 _PRESSING: dict[str, float] = {
     Unit.MOUTH_PUCKER: 0.08,
@@ -84,7 +70,7 @@ def mouth_shape(
     """
     names = mouth_units()
     units = speaker.unit_matrix(names)
-    authored = Postures.of(sample_postures(4000, seed=0))
+    authored = Postures.of(sample_postures(SHAPE.authored, seed=0))
     postures = recorded_postures(names).pooled(authored, SHAPE.recorded)
     if anybody:
         units = np.concatenate([units, unit_differences(names)])
@@ -94,24 +80,26 @@ def mouth_shape(
 
 def mouth_units() -> tuple[str, ...]:
     """Names of the face units that move the mouth, in the order of the generators."""
-    return units_of(Unit.JAW_OPEN, Unit.MOUTH_CLOSE, *_ACTIONS)
+    return units_of(Unit.JAW_OPEN, Unit.MOUTH_CLOSE, *ACTIONS)
 
 
 def sample_postures(count: int, seed: int) -> FloatArray:
     """Random unit weights (count, N): each action now and then, jaw and closure always.
 
-    A third of the postures have the lips closed by `mouthClose`, as in /p b m/, the others open.
+    Some of the postures have the lips closed by `mouthClose`, as in /p b m/, the others open.
     """
     rng = np.random.default_rng(seed)
     columns = {name: np.zeros(count) for name in mouth_units()}
-    jaw = SHAPE.widest_jaw * rng.beta(1.0, 1.8, count)
-    closing = np.where(rng.random(count) < 0.35, rng.uniform(0.7, 1.0, count), 0.0)
-    columns[Unit.MOUTH_CLOSE] = jaw * np.maximum(closing, 0.25 * rng.random(count))
-    for name, (largest, share) in _ACTIONS.items():
+    jaw = SHAPE.widest_jaw * rng.beta(*SHAPE.jaw_form, count)
+    shut = rng.random(count) < SHAPE.lips_closed
+    closing = np.where(shut, rng.uniform(SHAPE.least_closed, 1.0, count), 0.0)
+    columns[Unit.MOUTH_CLOSE] = jaw * np.maximum(closing, SHAPE.half_closed * rng.random(count))
+    drawn = zip(ACTIONS, SHAPE.action_weights, SHAPE.action_shares, strict=True)
+    for name, largest, share in drawn:
         amount = largest * rng.random(count) * (rng.random(count) < share)
         sides = units_of(name)
         for side in sides:
-            columns[side] = amount * rng.uniform(0.85, 1.15, count)
+            columns[side] = amount * rng.uniform(1 - SHAPE.uneven, 1 + SHAPE.uneven, count)
         weaker = rng.integers(len(sides), size=count)
         lone = (rng.random(count) < SHAPE.one_sided) * (len(sides) == 2)
         for k, side in enumerate(sides):
@@ -122,9 +110,9 @@ def sample_postures(count: int, seed: int) -> FloatArray:
 
 
 def _importance(speaker: Speaker) -> FloatArray:
-    """Lips count five times as much as skin; what lies inside of the mouth does not count."""
+    """Lips count more than skin; what lies inside of the mouth does not count."""
     weight = np.zeros(len(speaker.vertices))
     weight[speaker.faces[speaker.facet_class == speaker.class_id("skin")]] = 1.0
     for lip in ("upper_lip", "lower_lip"):
-        weight[speaker.faces[speaker.facet_class == speaker.class_id(lip)]] = 5.0
+        weight[speaker.faces[speaker.facet_class == speaker.class_id(lip)]] = SHAPE.lip_weight
     return weight
