@@ -226,7 +226,7 @@ class ContactPrior(Prior):
 
     gap: FloatArray
     slope_of_gaps: FloatArray
-    softness: float = 0.6
+    softness: float = COMPARISON.contact_softness
 
     def negative_log(self, x: FloatArray) -> float:
         """0.5 sum (depth / softness)^2 over the gaps that are negative."""

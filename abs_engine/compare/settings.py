@@ -19,12 +19,16 @@ class CompareSettings:
         Of the drawing that decides what is hidden. Not measured.
     contact_ahead : float, mm
         So far ahead contact stiffens a step already. Not measured.
+    contact_softness : float, mm
+        Depth by which lips pass into each other that is as improbable as one standard deviation.
+        Not measured.
     """
 
     least_curvature: float = 0.02
     kept: float = 0.95
     depth_scale: float = 0.5
     contact_ahead: float = 0.15
+    contact_softness: float = 0.6
 
 
 COMPARISON = CompareSettings()

@@ -114,6 +114,8 @@ class ShellFitSettings:
         Standard deviations of a pose that is estimated along. Not measured.
     tried : int
         Best of the starts that are all descended from. Not measured.
+    relaxed_limit : int, evaluations
+        Of a shape that several views share at most. Not measured.
     placed : int, times
         That a shell is drawn to place it by its blob: what is visible changes a little with the
         place. Not measured.
@@ -127,6 +129,7 @@ class ShellFitSettings:
     mode_limit: float = 6.0
     pose_free: tuple[float, ...] = (0.05, 0.05, 0.05, 2.0, 2.0, 12.0)
     tried: int = 4
+    relaxed_limit: int = 60
     placed: int = 3
 
 

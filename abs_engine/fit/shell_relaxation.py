@@ -27,7 +27,7 @@ from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import SHELL_FIT
 from abs_engine.optimise.newton import Newton
 
-_NEWTON = Newton(polished=0, limit=60)
+_NEWTON = Newton(polished=0, limit=SHELL_FIT.relaxed_limit)
 
 
 @dataclass(frozen=True, eq=False)

@@ -47,7 +47,7 @@ class Forces:
     """
 
     tolerance: float = SOLVING.ascent_tolerance
-    limit: int = 15
+    limit: int = SOLVING.ascent_limit
 
     def minimise(self, objective: Pushed, start: FloatArray, spec: ParamSpec) -> Solution:
         """Minimise from `start`.
@@ -57,7 +57,7 @@ class Forces:
         objective : Pushed
         start : (N,) float64
         spec : ParamSpec
-            Bounds; a direction is shortened to ten of its scales in any parameter.
+            Bounds; a direction is shortened to `SOLVING.longest_way` in any parameter.
 
         Returns
         -------
@@ -104,7 +104,7 @@ class FixedStep:
     """
 
     tolerance: float = SOLVING.ascent_tolerance
-    limit: int = 15
+    limit: int = SOLVING.ascent_limit
 
     def minimise(self, objective: Yielding, start: FloatArray, spec: ParamSpec) -> Solution:
         """Minimise from `start`; see `Forces.minimise`. The best place is what is returned."""
@@ -149,8 +149,8 @@ class Gradient:
     """
 
     tolerance: float = SOLVING.ascent_tolerance
-    limit: int = 30
-    reach: float = 0.5
+    limit: int = SOLVING.gradient_limit
+    reach: float = SOLVING.gradient_difference
 
     def minimise(self, objective: Batched, start: FloatArray, spec: ParamSpec) -> Solution:
         """Minimise from `start`; see `Forces.minimise`. `n_evaluations` counts the differences."""
@@ -246,6 +246,7 @@ def _ended(
 
 
 def _bounded(way: FloatArray, spec: ParamSpec) -> FloatArray:
-    """A direction, shortened so that no parameter moves by more than ten of its scales."""
+    """A direction, shortened so that no parameter moves farther than `SOLVING.longest_way`."""
     longest = float(np.abs(way / spec.scale).max(initial=0.0))
-    return way if longest <= 10 else way * (10 / longest)
+    most = SOLVING.longest_way
+    return way if longest <= most else way * (most / longest)

@@ -43,9 +43,9 @@ class AxesSimplex:
         Of several starts, how many of the best are descended from.
     """
 
-    limit: int = 200
-    coarse: float = 1e-4
-    tolerance: float = 1e-4
+    limit: int = SOLVING.axes_limit
+    coarse: float = SOLVING.squares_tolerance
+    tolerance: float = SOLVING.squares_tolerance
     inertia: float = 0.0
     starts: int = 1
 

@@ -14,6 +14,7 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.by_nlopt import run
 from abs_engine.optimise.history import History, checked_start
+from abs_engine.optimise.settings import SOLVING
 
 METHODS = {
     "sbplx": nlopt.LN_SBPLX,
@@ -45,8 +46,8 @@ class DerivativeFree:
     """
 
     method: str
-    tolerance: float = 0.02
-    limit: int = 400
+    tolerance: float = SOLVING.usual_tolerance
+    limit: int = SOLVING.limit
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:

@@ -78,11 +78,20 @@ RESTARTED = Driver(RestartedSimplex, settings=_USUAL)
 AXES = Driver(
     AxesSimplex,
     "residuals",
-    {"limit": 200, "coarse": SOLVING.tolerance, "tolerance": SOLVING.tolerance, "starts": 2},
+    {
+        "limit": SOLVING.axes_limit,
+        "coarse": SOLVING.tolerance,
+        "tolerance": SOLVING.tolerance,
+        "starts": SOLVING.axes_starts,
+    },
 )
-LEVENBERG = Driver(LevenbergMarquardt, "residuals", {**_USUAL, "difference": 1.0})
+LEVENBERG = Driver(
+    LevenbergMarquardt, "residuals", {**_USUAL, "difference": SOLVING.axes_difference}
+)
 NEWTON = Driver(Newton, "borders", {"tolerance": SOLVING.tolerance})
-NEWTON_QUICK = Driver(Newton, "borders", {**NEWTON.settings, "polished": 0, "reaches": (8, 4, 2)})
+NEWTON_QUICK = Driver(
+    Newton, "borders", {**NEWTON.settings, "polished": 0, "reaches": SOLVING.quick_reaches}
+)
 """Half the evaluations and no simplex: for a frame that is gone when the next one is there."""
 FORCES = Driver(Forces, "forces")
 FIXED_STEP = Driver(FixedStep, "forces")

@@ -32,11 +32,11 @@ class LevenbergMarquardt:
         Largest number of dampings that are tried for a step.
     """
 
-    tolerance: float = 1e-4
-    limit: int = 400
-    difference: float = 0.2
-    steps: int = 100
-    tries: int = 12
+    tolerance: float = SOLVING.squares_tolerance
+    limit: int = SOLVING.limit
+    difference: float = SOLVING.squares_difference
+    steps: int = SOLVING.squares_steps
+    tries: int = SOLVING.squares_tries
 
     def minimise(
         self, objective: Quadratic, start: FloatArray, spec: ParamSpec, step: float = 1.0
@@ -72,7 +72,7 @@ class LevenbergMarquardt:
                 trace.append(new)
                 if new < value:
                     break
-                damping = SOLVING.stiffer * max(damping, 1e-3)
+                damping = SOLVING.stiffer * max(damping, SOLVING.stiffened)
             if not new < value:
                 status = CONVERGED
                 break

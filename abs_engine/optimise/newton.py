@@ -70,13 +70,13 @@ class Newton:
     to 23. The simplex gains 0 to 0.02 nats in 8 drawings, and up to 0.05 in 16.
     """
 
-    gain: float = 0.05
-    tolerance: float = 0.03
-    limit: int = 100
-    polished: int = 8
+    gain: float = SOLVING.newton_gain
+    tolerance: float = SOLVING.tolerance
+    limit: int = SOLVING.newton_limit
+    polished: int = SOLVING.polished
     starts: int = 1
-    reaches: tuple[int, ...] = (8, 6, 4, 3, 2, 2)
-    more: float = 0.2
+    reaches: tuple[int, ...] = SOLVING.newton_reaches
+    more: float = SOLVING.newton_more
 
     def minimise(
         self, objective: Curved, start: FloatArray, spec: ParamSpec, _step: float = 1.0
@@ -124,7 +124,7 @@ class Newton:
             if gain < self.more * unit:
                 k += 1
             if gain == 0 and len(trace) < limit:
-                damping = max(4 * damping, SOLVING.damped) if tries else damping
+                damping = max(SOLVING.damped_more * damping, SOLVING.damped) if tries else damping
                 made = objective.newton(x, self.reaches[min(k, end)], k >= end)
                 trace.append(made[0])
         status = "evaluation limit" if len(trace) >= limit else "converged"

@@ -10,6 +10,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.objective import Objective
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution, unit_of
+from abs_engine.optimise.settings import SOLVING
 from abs_engine.optimise.simplex import Simplex
 
 
@@ -31,8 +32,8 @@ class RestartedSimplex:
         At most.
     """
 
-    tolerance: float = 0.02
-    limit: int = 400
+    tolerance: float = SOLVING.usual_tolerance
+    limit: int = SOLVING.limit
     restarts: int = 2
 
     def minimise(

@@ -13,6 +13,7 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.by_nlopt import run
 from abs_engine.optimise.history import History, checked_start
+from abs_engine.optimise.settings import SOLVING
 
 
 @dataclass(frozen=True)
@@ -27,8 +28,8 @@ class Simplex:
         Largest number of evaluations.
     """
 
-    tolerance: float = 0.02
-    limit: int = 400
+    tolerance: float = SOLVING.usual_tolerance
+    limit: int = SOLVING.limit
 
     def minimise(
         self, objective: Objective, start: NDArray[np.float64], spec: ParamSpec, step: float = 1.0

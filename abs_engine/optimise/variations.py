@@ -11,6 +11,7 @@ from abs_engine.core.objective import Objective
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.history import CONVERGED, LIMIT, History, LimitReachedError, checked_start
+from abs_engine.optimise.settings import SOLVING
 
 
 @dataclass(frozen=True)
@@ -30,8 +31,8 @@ class LocalVariations:
         Largest number of evaluations.
     """
 
-    tolerance: float = 0.02
-    limit: int = 400
+    tolerance: float = SOLVING.usual_tolerance
+    limit: int = SOLVING.limit
 
     def minimise(
         self, objective: Objective, start: FloatArray, spec: ParamSpec, step: float = 1.0
@@ -65,7 +66,7 @@ def _round(
                 continue
             found = history(tried)
             if found < value:
-                x, value, steps[k] = tried, found, 1.5 * move
+                x, value, steps[k] = tried, found, SOLVING.longer * move
                 break
         else:
             steps[k] /= 2
