@@ -11,16 +11,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import FloatArray, Image, IntArray
 from abs_engine.core.errors import ParameterError
 
 Kind = Literal["chessboard", "charuco"]
-
-LEAST_CORNERS, LEAST_MARKERS = 8, 4
-"""A board with fewer corners or markers in sight is not used."""
-
-_AGREE = 0.25
-"""Sides of a marker by which its corners may be off a flat board; a lens bends it a little."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,11 +149,11 @@ class Board:
         if not len(corners):
             return None
         corners, ids = _of_one_plane(board, corners, np.asarray(ids, np.int32).reshape(-1, 1))
-        if len(ids) < LEAST_MARKERS:
+        if len(ids) < CAPTURE.least_markers:
             return None
         detector = cv2.aruco.CharucoDetector(board)
         pixels, numbers, _, _ = detector.detectBoard(grey, markerCorners=corners, markerIds=ids)
-        if numbers is None or len(numbers) < LEAST_CORNERS:
+        if numbers is None or len(numbers) < CAPTURE.least_corners:
             return None
         which = np.asarray(numbers, np.int64).ravel()
         return Corners(which, np.array(pixels, np.float64).reshape(-1, 2), self.places[which])
@@ -171,7 +166,7 @@ def _refined(grey: Image, pixels: NDArray[np.float32]) -> FloatArray:
     chance: focal lengths came out 1 % too long without this step.
     """
     apart = min(np.linalg.norm(np.diff(pixels, axis=k), axis=2).min() for k in (0, 1))
-    half = int(np.clip(apart / 3, 2, 10))
+    half = int(np.clip(apart / 3, *CAPTURE.corner_window))
     stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-3)
     flat = np.ascontiguousarray(pixels.reshape(-1, 1, 2))
     return np.array(cv2.cornerSubPix(grey, flat, (half, half), (-1, -1), stop), np.float64).reshape(
@@ -188,13 +183,15 @@ def _of_one_plane(
     """
     known = ids.ravel() < len(board.getIds())
     corners, ids = [c for c, k in zip(corners, known, strict=True) if k], ids[known]
-    if len(ids) < LEAST_MARKERS:
+    if len(ids) < CAPTURE.least_markers:
         return [], ids[:0]
     corners_of = np.asarray(board.getObjPoints(), np.float64)
     places = corners_of[ids.ravel(), :, :2].reshape(-1, 2)
     pixels = np.stack([c.reshape(4, 2) for c in corners])
     side = float(np.median(np.linalg.norm(pixels[:, 0] - pixels[:, 1], axis=1)))
-    _, mask = cv2.findHomography(places, pixels.reshape(-1, 2), cv2.RANSAC, _AGREE * side)
+    _, mask = cv2.findHomography(
+        places, pixels.reshape(-1, 2), cv2.RANSAC, CAPTURE.marker_off * side
+    )
     if not np.size(mask):
         return [], ids[:0]
     agreed = np.asarray(np.asarray(mask).reshape(-1, 4).all(axis=1))

@@ -9,27 +9,14 @@ import cv2
 import numpy as np
 
 from abs_engine.capture.board import Corners
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import CalibrationError
 from abs_engine.core.geometry import Pose
 
-LEAST_PICTURES = 3
-_TILT = np.radians(5.0)
-"""The board must be turned by as much between some two of the pictures."""
-_VAGUE = 0.03
-"""Largest standard deviation of a focal length, as a share of it."""
 _FLAGS = cv2.CALIB_FIX_K3
 """Two radial and two tangential coefficients, which a few pictures can tell."""
-_APART = 0.01
-"""Least distance between two cameras, as a share of the board's: 0.6 degrees. Chosen."""
-_TOGETHER, _SMALL = 5.0, 1 / 640
-"""Largest error of two cameras together, in errors of the worse one alone, or as a share of the
-picture's longer side, whichever is more. Chosen: in twelve drawn pairs, two that are exchanged make
-ten times that share, and a board that moves by 0.5 mm between both pictures two thirds of it."""
-_TELLING = 3.0
-"""Standard deviations from 0 below which tangential coefficients are left out: a long lens hardly
-tells them from a shift of the principal point, which is then twice as uncertain."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,13 +64,13 @@ def calibrate_camera(pictures: Sequence[Corners], size: tuple[int, int]) -> Cali
             "the board was found in no picture",
             "check --squares (columns before rows), --board and --dictionary",
         )
-    if len(pictures) < LEAST_PICTURES:
+    if len(pictures) < CAPTURE.least_pictures:
         raise CalibrationError(
-            f"the board was found in {len(pictures)} pictures, {LEAST_PICTURES} are needed",
+            f"the board was found in {len(pictures)} pictures, {CAPTURE.least_pictures} are needed",
             "take more, with the whole board in sight and sharp",
         )
     done, tangential = _solved(pictures, size, _FLAGS)
-    if (np.abs(done.camera.distortion[2:4]) < _TELLING * tangential).all():
+    if (np.abs(done.camera.distortion[2:4]) < CAPTURE.tangential * tangential).all():
         done, _ = _solved(pictures, size, _FLAGS | cv2.CALIB_ZERO_TANGENT_DIST)
     _check(done.poses, done.camera.matrix, done.focal_deviation)
     return done
@@ -148,11 +135,11 @@ def calibrate_stereo(
         cameras stand, or both are in the same place.
     """
     shared = [a.common(b) for a, b in pairs]
-    shared = [(a, b) for a, b in shared if len(a.ids) >= 6]
-    if len(shared) < LEAST_PICTURES:
+    shared = [(a, b) for a, b in shared if len(a.ids) >= CAPTURE.least_common]
+    if len(shared) < CAPTURE.least_pictures:
         raise CalibrationError(
             f"both cameras see the board in {len(shared)} pairs of pictures, "
-            f"{LEAST_PICTURES} are needed",
+            f"{CAPTURE.least_pictures} are needed",
             "take more, at the same moments, in the same order",
         )
     error, *_, rotation, translation, _, _ = cv2.stereoCalibrate(
@@ -172,13 +159,13 @@ def calibrate_stereo(
 def _check_pair(done: StereoCalibration, first: Calibration, second: Calibration) -> None:
     """Refuse cameras whose pictures are not of the same moments, or that are in the same place."""
     alone = max(first.error, second.error)
-    if done.error > max(_TOGETHER * alone, _SMALL * max(first.camera.size)):
+    if done.error > max(CAPTURE.together * alone, CAPTURE.small_error * max(first.camera.size)):
         raise CalibrationError(
             f"both cameras together are off by {done.error:.2f} px RMS, each alone by at most "
             f"{alone:.2f}",
             "give pictures of the same moments, in the same order",
         )
-    if done.distance < _APART * np.median([p.translation[2] for p in first.poses]):
+    if done.distance < CAPTURE.cameras_apart * np.median([p.translation[2] for p in first.poses]):
         raise CalibrationError(
             f"both cameras are in the same place ({done.distance:.1f} mm apart)",
             "give each camera's own pictures",
@@ -188,14 +175,14 @@ def _check_pair(done: StereoCalibration, first: Calibration, second: Calibration
 def _check(poses: Sequence[Pose], matrix: FloatArray, deviation: float) -> None:
     normals = np.stack([p.rotation[:, 2] for p in poses])
     widest = float(np.arccos(np.clip(np.abs(normals @ normals.T), -1, 1)).max())
-    if widest < _TILT:
+    if widest < np.radians(CAPTURE.tilt):
         raise CalibrationError(
             f"the board stands alike in all pictures (turned by at most {np.degrees(widest):.1f} "
             "degrees), which leaves the focal length open",
             "tilt it to all sides, by 20 to 45 degrees",
         )
     focal = float(min(matrix[0, 0], matrix[1, 1]))
-    if not deviation < _VAGUE * focal:
+    if not deviation < CAPTURE.vague * focal:
         raise CalibrationError(
             f"the pictures leave the focal length open ({focal:.0f} +- {deviation:.0f} px)",
             "take more, near and far, with the board tilted to all sides",

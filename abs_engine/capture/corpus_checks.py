@@ -9,19 +9,9 @@ import numpy as np
 from abs_engine.capture.corpus import Corpus
 from abs_engine.capture.exchanged import exchanged, most_often
 from abs_engine.capture.recorded import RecordedPoints
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
-
-_WILD = 150.0
-"""mm from its median place at which no point of a face can be. Chosen: a chin moves by 50 mm."""
-_WIDE = 200.0
-"""mm from their middle at which half of a face's points may lie. Chosen: usual 20 to 70, and 200
-and more if mm are taken for cm."""
-_MOVED = 7.0
-"""mm from their median places that two points lie at least if they have each other's. Measured with
-what else `exchanged` asks for."""
-_BEHIND = -10.0
-"""mm in front of the upper front teeth's edge that lips lie at least. Chosen: usual 2 to 12."""
 
 
 def check_unit(recording: RecordedPoints, used: Sequence[int], names: Collection[str]) -> None:
@@ -33,7 +23,7 @@ def check_unit(recording: RecordedPoints, used: Sequence[int], names: Collection
         return
     away = np.linalg.norm(whole - np.nanmedian(whole, axis=1, keepdims=True), axis=2)
     wide = float(np.median(np.nanmedian(away, axis=1)))
-    if wide > _WIDE:
+    if wide > CAPTURE.wide:
         raise ParameterError(
             f"half of the points of the face lie {wide:.0f} mm or more from their middle",
             "is --unit right? without it, points are in mm",
@@ -52,7 +42,7 @@ def check_wild(recording: RecordedPoints, used: Sequence[int], names: Collection
             continue
         seen = places[there]
         away = np.linalg.norm(seen - np.median(seen, axis=0), axis=1)
-        if away.max() > _WILD:
+        if away.max() > CAPTURE.wild:
             frame = recording.first + int(frames[there[away.argmax()]])
             raise ParameterError(
                 f"in frame {frame}, the point '{name}' lies {away.max():.0f} mm from its usual "
@@ -68,7 +58,7 @@ def check_exchanged(recording: RecordedPoints, used: Sequence[int], names: Colle
     at = [k for k, name in enumerate(recording.names) if name in names and seen[k]]
     points = recording.points[frames][:, at]
     usual = np.broadcast_to(np.nanmedian(points, axis=0), points.shape)
-    off = np.asarray(np.linalg.norm(points - usual, axis=2) > _MOVED, np.bool_)
+    off = np.asarray(np.linalg.norm(points - usual, axis=2) > CAPTURE.moved, np.bool_)
     pairs = exchanged(points, usual, off)
     if pairs:
         a, b, said = most_often(pairs, [recording.first + frame for frame in used])
@@ -88,7 +78,7 @@ def check_lips(corpus: Corpus) -> None:
             "check that right and left teeth are the subject's, and that y is up",
         )
     ahead = 0.5 * (upper[2] + lower[2])
-    if ahead < _BEHIND:
+    if ahead < CAPTURE.lips_behind:
         raise ParameterError(
             f"the lips lie {-ahead:.0f} mm behind the edge of the front teeth",
             "check which points the teeth are, and that z is forward",

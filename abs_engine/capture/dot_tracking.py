@@ -11,6 +11,7 @@ from scipy.optimize import linear_sum_assignment
 
 from abs_engine.capture.dots import DotModel, Map, Peaks, correlate, cut, find_peaks
 from abs_engine.capture.dots import learn_dots as learn
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import BoolArray, FloatArray, Image, IntArray
 from abs_engine.core.errors import ParameterError
 
@@ -28,8 +29,7 @@ class FollowOptions:
     reach : float
         How far from where it is expected a dot is looked for.
     least : float
-        A dot is lost below this normalised correlation with a disc. In a filmed session those
-        between 0.5 and 0.55 were off by 1.3 mm, those above by 0.6 and less.
+        A dot is lost below this normalised correlation with a disc.
     sure : float
         Below this one it is found but marked as uncertain.
     stray : float
@@ -39,11 +39,11 @@ class FollowOptions:
         A place that a person gives is moved to the best dot so near.
     """
 
-    reach: float = 6.0
-    least: float = 0.55
-    sure: float = 0.7
-    stray: float = 2.0
-    snap: float = 1.5
+    reach: float = CAPTURE.reach
+    least: float = CAPTURE.least
+    sure: float = CAPTURE.sure
+    stray: float = CAPTURE.stray
+    snap: float = CAPTURE.snap
 
     def __post_init__(self) -> None:
         lengths = min(self.reach, self.stray) > 0 and self.snap >= 0
@@ -79,15 +79,6 @@ class Sighting:
     def found(self) -> BoolArray:
         """Mask (N,) of the dots that have a place."""
         return np.asarray(np.isfinite(self.places).all(axis=1))
-
-
-_MISS = 1.3
-"""Cost of leaving a dot without a place, in the units of `DotFollower._costs`."""
-_ALIKE, _ROUND = 1.0, 1.0
-"""Weights of unlikeness to before and to a disc, beside the squared distance over the reach."""
-_PATCH = 2.2
-"""Half the side of the patch that is remembered of a dot, in radii."""
-_NEIGHBOURS = 4
 
 
 class DotFollower:
@@ -138,7 +129,7 @@ class DotFollower:
 
     def _picture(self, image: Image, places: FloatArray) -> tuple[Map, Box]:
         """The dots' contrast (H, W), worked out only in a box around where they may be."""
-        far = (2 * self._options.reach + 2 * _PATCH) * self.model.radius + 2
+        far = (2 * self._options.reach + 2 * CAPTURE.dot_patch) * self.model.radius + 2
         size = np.array([image.shape[1], image.shape[0]])
         low = np.clip(np.floor(places.min(axis=0) - far), 0, size - 1).astype(int)
         high = np.clip(np.ceil(places.max(axis=0) + far), low + 1, size).astype(int)
@@ -173,7 +164,7 @@ class DotFollower:
         count = len(expected)
         costs = self._costs(expected, peaks, alike)
         spare = np.full((count, count), np.inf)
-        np.fill_diagonal(spare, _MISS)
+        np.fill_diagonal(spare, CAPTURE.miss)
         table = np.concatenate([costs, spare], axis=1)
         row, column = linear_sum_assignment(np.where(np.isfinite(table), table, 1e6))
         chosen = np.full(count, -1)
@@ -184,13 +175,13 @@ class DotFollower:
         """Cost (N, M) of each pair; infinite beyond reach."""
         reach = self._options.reach * self.model.radius
         away = np.linalg.norm(expected[:, None] - peaks.places[None], axis=2) / reach
-        cost = away**2 + _ALIKE * (1 - alike) + _ROUND * (1 - peaks.scores)
+        cost = away**2 + CAPTURE.unlike * (1 - alike) + CAPTURE.unlike * (1 - peaks.scores)
         return np.asarray(np.where(away < 1, cost, np.inf))
 
     def _likeness(self, picture: Map, expected: FloatArray, peaks: Peaks) -> FloatArray:
         """Correlation (N, M) of each peak with how the dot looked, first or of late; 0 if far."""
         alike = np.zeros((len(expected), len(peaks.places)))
-        half = int(np.ceil((2 * self._options.reach + _PATCH) * self.model.radius)) + 1
+        half = int(np.ceil((2 * self._options.reach + CAPTURE.dot_patch) * self.model.radius)) + 1
         for i, place in enumerate(expected):
             part, origin = cut(picture, place, half)
             at = np.rint(peaks.places - origin).astype(int)
@@ -235,13 +226,13 @@ class DotFollower:
         for i in np.flatnonzero(~found) if found.any() else ():
             before = self._layout[i]
             away = np.linalg.norm(before[found] - before[i], axis=1)
-            near = away.argsort()[:_NEIGHBOURS]
+            near = away.argsort()[: CAPTURE.neighbours]
             moved = (places[found] - before[found])[near]
             guess[i] = before[i] + np.average(moved, axis=0, weights=1 / (away[near] ** 2 + 1.0))
         return guess
 
     def _remember(self, picture: Map, sure: BoolArray, corrected: BoolArray) -> None:
-        half = int(np.ceil(_PATCH * self.model.radius))
+        half = int(np.ceil(CAPTURE.dot_patch * self.model.radius))
         for i in np.flatnonzero(sure):
             place = tuple(float(c) for c in self._place[i])
             patch = cv2.getRectSubPix(picture, (2 * half + 1, 2 * half + 1), place)
@@ -276,5 +267,5 @@ def _with_neighbours(
         return expected
     surprise = peaks.places[chosen[taken]] - expected[taken]
     away = np.linalg.norm(before[:, None] - before[None, taken], axis=2)
-    nearest = away.argsort(axis=1)[:, :_NEIGHBOURS]
+    nearest = away.argsort(axis=1)[:, : CAPTURE.neighbours]
     return np.asarray(expected + np.median(surprise[nearest], axis=1))

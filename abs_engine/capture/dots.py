@@ -8,20 +8,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import FloatArray, Image
 
 Map = NDArray[np.float32]
 
-RADII = np.arange(1.0, 8.01, 0.25)
-"""Radii of dots, pixels, that are tried."""
-
-_SURROUND = 1.9
-"""Half the side of the model's window, in radii: the dot and as much of the skin around it."""
-_BLUR = 0.7  # px, of lens and sampling
-_SKIN = (1.6, 2.4)
-"""Ring around a dot, in radii, that is taken for the bare surface."""
-_RIDGE = 0.02
-"""Share of the mean variance that is added to the colours' covariance, against fitting noise."""
+_LEAST, _MOST, _APART = CAPTURE.radii
+_RADII = np.arange(_LEAST, _MOST + _APART / 2, _APART)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +49,9 @@ class DotModel:
 
 def disc(radius: float) -> Map:
     """A disc of value 1 with a soft edge, in a window about twice as wide, (n, n) float32."""
-    half = max(2, int(np.ceil(_SURROUND * radius)))
+    half = max(2, int(np.ceil(CAPTURE.surround * radius)))
     y, x = np.mgrid[-half : half + 1, -half : half + 1]
-    edge = (radius - np.hypot(x, y)) / (np.sqrt(2) * _BLUR)
+    edge = (radius - np.hypot(x, y)) / (np.sqrt(2) * CAPTURE.dot_blur)
     return np.asarray(0.5 * (1 + np.tanh(1.2 * edge)), np.float32)
 
 
@@ -99,8 +92,8 @@ def learn_dots(image: Image, places: FloatArray) -> DotModel:
     model = DotModel(np.array([-1.0, -1.0, -1.0]) / 3, 0.0)
     for _ in range(2):
         picture = model.picture(image)
-        scores = [_score(picture, places, radius) for radius in RADII]
-        radius = float(RADII[int(np.argmax(scores))])
+        scores = [_score(picture, places, radius) for radius in _RADII]
+        radius = float(_RADII[int(np.argmax(scores))])
         model = DotModel(_discriminant(image, places, radius), radius)
     return model
 
@@ -116,18 +109,18 @@ def _score(picture: Map, places: FloatArray, radius: float) -> float:
 
 
 def _discriminant(image: Image, places: FloatArray, radius: float) -> FloatArray:
-    reach = int(np.ceil(_SKIN[1] * radius)) + 1
+    reach = int(np.ceil(CAPTURE.bare[1] * radius)) + 1
     difference, within = np.zeros(3), np.zeros((3, 3))
     for place in places:
         part, origin = cut(image, place, reach)
         y, x = np.mgrid[: part.shape[0], : part.shape[1]]
         away = np.hypot(x + origin[0] - place[0], y + origin[1] - place[1]) / radius
-        inside = part[away < 0.6].astype(float)
-        around = part[(away > _SKIN[0]) & (away < _SKIN[1])].astype(float)
+        inside = part[away < CAPTURE.dot_core].astype(float)
+        around = part[(away > CAPTURE.bare[0]) & (away < CAPTURE.bare[1])].astype(float)
         if len(inside) and len(around) > 3:
             difference += np.median(inside, axis=0) - np.median(around, axis=0)
             within += np.cov(around.T)
-    within += (_RIDGE * np.trace(within) / 3 + 1e-3) * np.eye(3)
+    within += (CAPTURE.colour_ridge * np.trace(within) / 3 + 1e-3) * np.eye(3)
     weights = np.linalg.solve(within, difference)
     return np.asarray(weights / max(float(np.abs(weights).sum()), 1e-12))
 

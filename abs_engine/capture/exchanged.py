@@ -7,14 +7,9 @@ from itertools import combinations
 
 import numpy as np
 
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import BoolArray, FloatArray
 
-_NEARER = 0.5
-"""Share of how far two points are off that is left once they are exchanged, if they were mixed up.
-Measured about medians in corpora of six bundled and four drawn people, of 275 and of 30 points, of
-68, 8 and 5 visemes: none of 420 is refused as it is. Of 900 pairs that were mixed up in one viseme,
-all 850 that lie 20 mm or more apart are named, 40 of 41 that lie 10 to 20 mm apart, 2 of 9
-others."""
 _NAMED = 6
 """Frames that a message names at most. Chosen."""
 
@@ -37,7 +32,7 @@ def exchanged(points: FloatArray, usual: FloatArray, off: BoolArray) -> Pairs:
         at = np.flatnonzero(off[frame])
         own = ((points[frame, at] - usual[frame, at]) ** 2).sum(axis=1)
         across = ((points[frame, at][:, None] - usual[frame, at]) ** 2).sum(axis=2)
-        nearer = across + across.T < _NEARER**2 * (own[:, None] + own)
+        nearer = across + across.T < CAPTURE.nearer**2 * (own[:, None] + own)
         for a, b in combinations(range(len(at)), 2):
             if nearer[a, b]:
                 found.setdefault((int(at[a]), int(at[b])), []).append(int(frame))

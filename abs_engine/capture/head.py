@@ -16,11 +16,9 @@ from abs_engine.capture.headframe import (
     reference_of,
     rigid_motion,
 )
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError, TooFewPointsError
-
-_FARTHEST = 300.0
-"""mm that half of the points may lie from the head's origin. Chosen: a face's lie within 150."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +138,7 @@ def _check_near(placed: FloatArray) -> None:
     """Refuse points (T, N, 3), mm, head frame, most of which lie too far off to be on the head."""
     away = np.linalg.norm(placed, axis=2)
     away = away[np.isfinite(away)]
-    if len(away) and np.median(away) > _FARTHEST:
+    if len(away) and np.median(away) > CAPTURE.farthest:
         raise ParameterError(
             f"by the head's poses, the points lie {np.median(away):.0f} mm from its origin",
             "give poses in radians and mm, which take points of the head to the first camera's "

@@ -13,6 +13,7 @@ from abs_engine.capture.markers import Markers
 from abs_engine.capture.observations import Observations
 from abs_engine.capture.recorded import check_size
 from abs_engine.capture.session import Tracks
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.capture.triangulate import triangulate
 from abs_engine.capture.view import View
 from abs_engine.core.errors import TooFewPointsError
@@ -26,7 +27,7 @@ def points_of_head(
     tracks: Tracks,
     views: Sequence[View],
     head: HeadChoice,
-    largest_error: float = 1.5,
+    largest_error: float = CAPTURE.largest_error,
     sure: float = USUAL.sure,
     source: str = "",
 ) -> Observations:

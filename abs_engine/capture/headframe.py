@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.errors import (
     DegenerateViewsError,
@@ -21,8 +22,6 @@ _ROUNDS = 10
 _SETTLED = 1e-6  # mm
 AXES = ("corner_right", "corner_left", "upper_outer_2", "lower_outer_2")
 """Dots that `mouth_axes` needs."""
-_FLAT = 2.0
-"""mm, root mean square, by which rigid points must lie off a straight line."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +99,7 @@ def rigid_motion(points: FloatArray, reference: FloatArray | None = None) -> Hea
     error = np.full(len(points), np.nan)
     for t, frame in enumerate(points):
         known = np.asarray(np.isfinite(frame).all(axis=1))
-        if known.sum() < 3 or _spread(mean[known]) < _FLAT:
+        if known.sum() < 3 or _spread(mean[known]) < CAPTURE.flat:
             continue
         rotation, translations[t] = _lay(mean[known], frame[known])
         rotations[t] = rotation.as_rotvec()
@@ -194,7 +193,7 @@ def _mean_shape(points: FloatArray, start: FloatArray) -> FloatArray:
         laid = np.full(points.shape, np.nan)
         for t, frame in enumerate(points):
             known = np.asarray(np.isfinite(frame).all(axis=1))
-            if known.sum() >= 3 and _spread(mean[known]) >= _FLAT:
+            if known.sum() >= 3 and _spread(mean[known]) >= CAPTURE.flat:
                 rotation, shift = _lay(frame[known], mean[known])
                 laid[t, known] = rotation.apply(frame[known]) + shift
         before, mean = mean, np.nanmean(laid, axis=0)
@@ -219,7 +218,7 @@ def _spread(points: FloatArray) -> float:
 
 
 def _check_spread(points: FloatArray) -> None:
-    if _spread(points) < _FLAT:
+    if _spread(points) < CAPTURE.flat:
         raise DegenerateViewsError(
             "the rigid points lie in one line, which leaves a rotation of the head open",
             "name one that lies beside it",

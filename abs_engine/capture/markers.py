@@ -14,6 +14,7 @@ import numpy as np
 
 from abs_engine.capture.marker_cells import read_cells
 from abs_engine.capture.recorded import UNITS, refuse_infinite, without_zeros
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.io.inputs import MOST, check_file
@@ -21,7 +22,6 @@ from abs_engine.io.inputs import MOST, check_file
 _BROKEN = (ValueError, KeyError, IndexError, AttributeError, TypeError, AssertionError,
            EOFError, ArithmeticError, NameError, MemoryError, struct.error, OSError)  # fmt: skip
 """What the C3D library raises on files that are none, or are cut."""
-_UNEVEN = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,8 +192,8 @@ def _rate_of(path: Path, time: FloatArray | None) -> float:
         return 0.0
     steps = np.diff(time)
     usual = float(np.median(steps))
-    if not np.isfinite(time).all() or not usual > 0 or steps.min() < usual / _UNEVEN \
-            or steps.max() > _UNEVEN * usual:  # fmt: skip
+    if not np.isfinite(time).all() or not usual > 0 or steps.min() < usual / CAPTURE.uneven \
+            or steps.max() > CAPTURE.uneven * usual:  # fmt: skip
         raise InputFileError(f"{path} is not evenly spaced in time", "give a line for every frame")
     return float((len(time) - 1) / (time[-1] - time[0]))
 

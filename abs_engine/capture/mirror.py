@@ -10,14 +10,12 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from abs_engine.capture.board import Corners
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.capture.view import Plane, View
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import CalibrationError
 from abs_engine.core.geometry import Pose
-
-_MARGIN = 0.1
-"""How much larger than what was seen in it the mirror is taken to be."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +66,7 @@ def calibrate_mirror(pairs: Sequence[tuple[Corners, Corners]], camera: Camera) -
     )  # fmt: skip
     plane = _plane_of(fit.x)
     error = float(np.sqrt((fit.fun.reshape(-1, 2) ** 2).sum(axis=1).mean()))
-    if not error < 3.0:
+    if not error < CAPTURE.mirror_error:
         raise CalibrationError(
             f"no flat mirror explains the pictures (error {error:.1f} px)",
             "check that the mirror did not move and the board's size is right",
@@ -138,7 +136,10 @@ def _rectangle(
     axes = np.stack([np.cross(down, plane.normal), down])
     flat = hits @ axes.T
     low, high = flat.min(axis=0), flat.max(axis=0)
-    low, high = low - _MARGIN * (high - low), high + _MARGIN * (high - low)
+    low, high = (
+        low - CAPTURE.mirror_margin * (high - low),
+        high + CAPTURE.mirror_margin * (high - low),
+    )
     foot = -plane.distance * plane.normal
     corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
     return np.asarray(foot + corners @ axes)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.core.words import counted
@@ -15,8 +16,6 @@ from abs_engine.io.inputs import MOST
 
 UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
 """Millimetres of each unit."""
-SMALLEST = 35.0
-"""mm that a face's points extend over at least. Chosen: lips alone over 40, a face in cm 23."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +62,7 @@ def check_size(points: FloatArray, remedy: str = "") -> None:
         for end, far in ((np.min, np.inf), (np.max, -np.inf))
     )
     size = np.linalg.norm(high - low, axis=1)[there.any(axis=1)].max(initial=0.0)
-    if 0 < size < SMALLEST:
+    if 0 < size < CAPTURE.smallest:
         raise ParameterError(
             f"the points of the face measure {size:.2g} mm from end to end",
             remedy

@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 from abs_engine.capture.dot_annotations import Mark, check_view, initial_places
 from abs_engine.capture.dot_tracking import USUAL, DotFollower, FollowOptions, Sighting
 from abs_engine.capture.observations import Observations
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.errors import ParameterError, VideoError
 from abs_engine.io.video import probe, read_frames
-
-_RATES = 1e-3
-"""Rates of two videos may differ by this share."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +130,7 @@ def _rate_and_frames(videos: Sequence[Path]) -> tuple[float, int]:
         raise ParameterError(f"{len(videos)} videos were given", "give one or two")
     infos = [probe(video) for video in videos]
     first, last = infos[0], infos[-1]
-    if abs(first.rate / last.rate - 1) > _RATES:
+    if abs(first.rate / last.rate - 1) > CAPTURE.rates_apart:
         raise VideoError(
             f"the videos have {first.rate:g} and {last.rate:g} frames/s",
             "give two that were taken together",

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.capture.view import View
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import DegenerateViewsError, ParameterError
 
-NARROWEST = np.radians(3.0)
-"""Lines of sight that cross under a smaller angle tell too little about depth."""
+_NARROWEST = np.radians(CAPTURE.narrowest)
 
 _STEPS = 10
 _SETTLED = 1e-7  # mm
@@ -26,7 +26,7 @@ class Triangulated:
     ----------
     points : (..., 3) float64, mm, world frame
         NaN where fewer than two views saw the point, the lines of sight cross under less than
-        `NARROWEST`, or it came out behind a camera.
+        `CAPTURE.narrowest`, or it came out behind a camera.
     error : (...) float64, px
         Root mean square distance, over the views, of the seen from the reprojected point.
     """
@@ -97,13 +97,13 @@ def _crossing(views: Sequence[View], pixels: FloatArray) -> BoolArray:
     """Mask (N,) of the points that have lines of sight that cross widely enough."""
     angles = crossing_angles(views, pixels)
     middle = float(np.median(angles))  # a point that was mistaken may be seen under any angle
-    if middle < NARROWEST:
+    if middle < _NARROWEST:
         raise DegenerateViewsError(
             f"the views look along nearly the same lines (half of the points within "
             f"{np.degrees(middle):.1f} degrees), which leaves depth open",
             "place the cameras or the mirror farther apart",
         )
-    return np.asarray(angles >= NARROWEST)
+    return np.asarray(angles >= _NARROWEST)
 
 
 def _linear(views: Sequence[View], pixels: FloatArray, seen: BoolArray) -> FloatArray:

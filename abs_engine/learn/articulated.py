@@ -23,7 +23,9 @@ from abs_engine.learn.articulatory import Build, dense_head
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.spoken import SpokenCorpus
 
-_UPPER = dict.fromkeys(units_of(Pair.EYE_BLINK), 1.0) | dict.fromkeys(BROWS, 0.25)
+_UPPER = dict.fromkeys(units_of(Pair.EYE_BLINK), LEARNING.blink) | dict.fromkeys(
+    BROWS, LEARNING.brow
+)
 _INSIDE = ("inner_mouth", "upper_teeth", "lower_teeth", "tongue")
 
 

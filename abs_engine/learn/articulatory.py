@@ -15,9 +15,10 @@ from abs_engine.face.shape.articulatory_dense import dense_units
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
+from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.spoken import SpokenCorpus
 
-MOST_BUILT = 100
+MOST_BUILT = LEARNING.most_built
 """Models that are built at most to measure visemes that were not learned."""
 
 

@@ -134,7 +134,7 @@ def _trusted(law: _Law, flat: FloatArray, there: BoolArray) -> tuple[FloatArray,
         farthest = off[every, worst]
         centre = np.median(farthest)
         spread = 1.4826 * np.median(np.abs(farthest - centre))
-        bad = farthest > max(centre + 8 * spread, LEARNING.jump)
+        bad = farthest > max(centre + LEARNING.far_off * spread, LEARNING.jump)
         known[every[bad], worst[bad]] = False
         if not bad.any():
             break

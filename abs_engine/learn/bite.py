@@ -9,6 +9,7 @@ from abs_engine.capture.corpus import bite_plane
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import Speaker
+from abs_engine.learn.settings import LEARNING
 
 
 def bite_plane_of(speaker: Speaker, neutral: NDArray[np.floating]) -> Pose:
@@ -24,13 +25,13 @@ def upper_teeth_of(speaker: Speaker, neutral: NDArray[np.floating]) -> FloatArra
     """Three points (3, 3) of a person's upper teeth, right, left and front, mm, head frame.
 
     The lowest vertex of the hindmost quarter of the teeth on either side, and the edge of the front
-    teeth: the lowest vertex within 5 mm of the middle, moved into it.
+    teeth: the lowest vertex near the middle, moved into it.
     """
     own = speaker.vertices_of("upper_teeth")
     place = neutral[own].astype(np.float64)
     x, y, z = place.T
     behind = z < z.min() + (z.max() - z.min()) / 4
     right, left = (place[np.where(behind & side, y, np.inf).argmin()] for side in (x < 0, x > 0))
-    ahead = (np.abs(x) < 5.0) & (z > (z.min() + z.max()) / 2)
+    ahead = (np.abs(x) < LEARNING.bite_width) & (z > (z.min() + z.max()) / 2)
     front = place[np.where(ahead, y, np.inf).argmin()] * [0.0, 1.0, 1.0]
     return np.stack([right, left, front])

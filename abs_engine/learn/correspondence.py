@@ -17,8 +17,6 @@ from abs_engine.face.shape.lip_shell import LipShell
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.settings import LEARNING
 
-_STEEPEST = 30.0  # degrees: 17 of the bundled people, whose lips slope differently
-
 
 @dataclass(frozen=True, eq=False)
 class Correspondence:
@@ -152,7 +150,7 @@ def _check_frame(scale: float, turn: FloatArray) -> None:
             f"the dots make a mouth of {scale:.2g} times the head's size, not {low:g} to {high:g}",
             "are they in mm? give them so",
         )
-    if _degrees(turn) > _STEEPEST:
+    if _degrees(turn) > LEARNING.steepest:
         raise ParameterError(
             f"the dots are turned by {_degrees(turn):.0f} degrees from the head frame",
             "turn the points into the head frame: x left, y up, z out of the face",

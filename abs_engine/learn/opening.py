@@ -30,7 +30,7 @@ POINTS = (
 """Corners of the mouth on the left and right of the picture, and points on the inner lips."""
 _SWAPPED = [1, 0, 6, 7, 4, 5, 2, 3]  # which each point is in a mirror image
 _UPPER, _LOWER = [0, 2, 4, 6, 1], [0, 3, 5, 7, 1]
-_OFF = np.array([0.03, 0.05, 0.06, 0.03])
+_OFF = np.array(LEARNING.opening_off)
 """Deviations by which a spot is put off for learning: shares of the width across and down, its
 logarithm, and radians. Mouths are found in a clip about so well."""
 
@@ -155,6 +155,7 @@ def _trained(
     state += [np.zeros(n, np.float32) for n in sizes[1:]]
     slow, wide = [np.zeros_like(p) for p in state], [np.zeros_like(p) for p in state]
     batch, decay = LEARNING.network_batch, LEARNING.network_decay
+    last = LEARNING.network_last
     steps = LEARNING.network_epochs * (len(seen) // batch)
     for step in range(steps):
         if step % (len(seen) // batch) == 0:
@@ -163,7 +164,8 @@ def _trained(
         some = order[start : start + batch]
         noise = random.standard_normal((batch, sizes[0]), np.float32)
         slopes = _slopes(state, seen[some] + LEARNING.network_noise * noise, sides[some])
-        rate = LEARNING.network_rate * (0.02 + 0.49 * (1 + np.cos(np.pi * step / steps)))
+        fall = (1 - last) / 2 * (1 + np.cos(np.pi * step / steps))
+        rate = LEARNING.network_rate * (last + fall)
         for k, slope in enumerate(slopes):
             slow[k] += 0.1 * (slope - slow[k])
             wide[k] += 0.001 * (slope**2 - wide[k])

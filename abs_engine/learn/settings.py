@@ -13,6 +13,9 @@ class LearningSettings:
     ----------
     jump : float, mm
         That a dot may be off the modes of the dots in any case. Not measured.
+    far_off : float, standard deviations
+        From the frames' median, beyond which a dot that is farther off the modes than `jump` is not
+        believed. Not measured.
     fewest_dots : int
         Of a frame that is learned from: half of the lips'. Not measured.
     dot_modes : int
@@ -44,6 +47,9 @@ class LearningSettings:
     flattest : float, share of their width
         That mean dots at least extend across their best plane, RMS each. Measured: the bundled
         people have 0.13 to 0.27.
+    steepest : float, degrees
+        By which dots may be turned from the head frame. Measured: up to 17 for the bundled people,
+        whose lips slope differently.
     mouth_sizes : tuple of float, times that of the head
         Of a mouth, least and largest. Measured: the bundled people who speak have 1.0 to 1.3.
     further_rounds : int
@@ -94,10 +100,21 @@ class LearningSettings:
     frames_a_mode : int, frames
         For each mode at least: with hardly more frames than modes these hold all the frames
         exactly, errors of observation too, and would pass for exact. Not measured.
+    most_built : int, models
+        That are built to measure visemes that were not learned: of more visemes several are left
+        out at once. A bound on time.
     still : float, mm
         By which the corpus moves at most what counts as still. Not measured.
     near : float, mm
         From a measured point, what moves with it. Not measured.
+    bite_width : float, mm
+        To both sides of the middle of the upper teeth, in which their front edge lies. Not
+        measured.
+    blink : float, weight
+        Of lids that close: what lids and brows move is not `still`, and is not compared. Not
+        measured.
+    brow : float, weight
+        Of brows that move, likewise. Not measured.
     opening_pixels : int, pixels
         Of a picture that openings are learned from. Not measured.
     opening_copies : int, pictures
@@ -108,6 +125,9 @@ class LearningSettings:
         That lie elsewhere. Not measured.
     opening_reach : float, px
         Above and below the corners that are learned from. Not measured.
+    opening_off : tuple of float, mouth widths and rad
+        Standard deviations of the place, across and down, the size (in logarithm) and the roll by
+        which mouths are put off, as they are not found exactly. Not measured.
     opening_frames : int, frames
         Labelled, below which `mouths` warns. Chosen: what is measured was learned from 63 labelled
         frames of nine people; fewer were not measured.
@@ -122,6 +142,9 @@ class LearningSettings:
         Of a step of training. Not measured.
     network_rate : float, per step
         Of training. Not measured.
+    network_last : float, share
+        Of the first rate of training, with which it ends; in between it falls as a cosine. Not
+        measured.
     network_decay : float, per step
         Of the weights. Not measured.
     network_noise : float, standard deviations
@@ -138,6 +161,7 @@ class LearningSettings:
     """
 
     jump: float = 5.0
+    far_off: float = 8.0
     fewest_dots: int = 8
     dot_modes: int = 10
     dot_rounds: int = 10
@@ -151,6 +175,7 @@ class LearningSettings:
     farthest_dots: float = 12.0
     exchanged: float = 0.8
     flattest: float = 0.04
+    steepest: float = 30.0
     mouth_sizes: tuple[float, ...] = (0.7, 1.4)
     further_rounds: int = 3
     strained: float = 0.8
@@ -172,19 +197,25 @@ class LearningSettings:
     modes: int = 10
     trained: int = 140
     frames_a_mode: int = 2
+    most_built: int = 100
     still: float = 0.5
     near: float = 6.0
+    bite_width: float = 5.0
+    blink: float = 1.0
+    brow: float = 0.25
     opening_pixels: int = 250
     opening_copies: int = 2
     opening_near: float = 4.0
     opening_anywhere: float = 0.15
     opening_reach: float = 34.0
+    opening_off: tuple[float, ...] = (0.03, 0.05, 0.06, 0.03)
     opening_frames: int = 20
     opening_videos: int = 3
     network_hidden: int = 48
     network_epochs: int = 12
     network_batch: int = 256
     network_rate: float = 2e-3
+    network_last: float = 0.02
     network_decay: float = 1e-3
     network_noise: float = 0.15
     clip_least: int = 5
@@ -205,6 +236,12 @@ class MeasuredFaceSettings:
     unfolded : float, weight of `jawOpen`
         Of the posture in which places are compared: lips that touch lie apart in it, so that one
         does not move as the other. Not measured.
+    least : int, points
+        That make a face. Not measured.
+    least_lips : int, points
+        Of the group lips among them. Not measured.
+    least_others : int, points
+        Of no lip or tooth. Not measured.
     farthest : float, mm RMS
         That points lie off the head that was fitted to them at most. Measured: of mei, kofi and
         walter 0.5 to 0.7, upside down 5.1 and more, in cm, or 1.3 times as large, 0.7 to 2.2.
@@ -241,6 +278,9 @@ class MeasuredFaceSettings:
     """
 
     unfolded: float = 0.7
+    least: int = 12
+    least_lips: int = 4
+    least_others: int = 4
     farthest: float = 3.0
     unlikely: float = 1.3
     noise: float = 0.3
@@ -261,3 +301,98 @@ class MeasuredFaceSettings:
 
 
 MEASURED_FACE = MeasuredFaceSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class HeadImportSettings:
+    """Settings of the import of heads: what is taken for a face, and how its parts are made.
+
+    Attributes
+    ----------
+    face_like : float, correlation
+        Of a face's landmarks with a usual one's at least. Chosen: ICT's people have 0.98.
+    small : float, share of a usual face
+        Below which landmarks are of none in the largest unit. Not measured.
+    oblique : float, degrees
+        From right angles, up to which a head is left as it is. Chosen: ICT's people nod by 4, in
+        the median.
+    beside : float, mm
+        That eyes may lie beside their usual place. Chosen: those of ICT's people lie by up to 10.
+    most_fixed : float, mm
+        That a face unit moves the eyes' corners or the nose by at most. Chosen: ICT's do by up to
+        3.
+    alike : float, correlation
+        Of displacements with the head itself, above which they are places. Not measured.
+    rescaled : float, ratio
+        Of sizes of a face and the head, from which on it is in another unit. Chosen: of mm, cm,
+        inches and m, the nearest are 2.5 and the next 10 times each other.
+    ring_aside : float, mouth widths
+        That a ring of the lips may begin away from its right end. Not measured.
+    ring_below : float, mouth widths
+        That its upper half may lie lower, as lips overlap. Not measured.
+    chin_below : float, mm
+        By which a chin lies lower than the lips, and the nose higher, at least. Chosen: on ICT's
+        people by 10 and more.
+    still : float, share of a target's greatest motion
+        By which it leaves a vertex where it is. Not measured.
+    aside : float, share of its motion
+        By which a unit lies, or moves, to a side at least. Not measured.
+    same : float, share of it
+        By which two targets that mean the same may differ. Not measured.
+    part_near : float, mm
+        From the tip of the nose, within which eyes, teeth and tongue begin. Chosen: they do by 80.
+    least_opening : float, mm
+        By which `jawOpen` at weight 1 has to open the lips. Chosen: that of ARKit's heads does so
+        by 30.
+    ajar : float, weight of `jawOpen`
+        At which lips lie apart. Not measured.
+    moved : float, share of the jaw's motion
+        By more than which what moves goes with the lower jaw. Not measured.
+    sunk : float, mm
+        Behind its place, where the inside of a mouth is put, so that nothing pokes through other
+        lips. Not measured.
+    hollow : float, mm
+        From the lips: so deep is the inside of a mouth at least. Not measured.
+    most_jaw : float, times the bundled jaw's motion
+        That the lower part of it moves by at most. Not measured.
+    forehead : float, mm
+        Above the eyes, where the face ends that is scored. Not measured.
+    behind_eyes : float, mm
+        Behind their outer corners, where it ends, too. Not measured.
+    under_chin : float, mm
+        Below the chin, where it ends, too. Not measured.
+    spacing : tuple of float, mm
+        Between its points, those of the lips and those of the jaw: as in the bundled head. Not
+        measured.
+    jaw_share : float, share of the jaw's greatest motion
+        From which on skin is scored as the jaw's. Not measured.
+    """
+
+    face_like: float = 0.9
+    small: float = 0.2
+    oblique: float = 5.0
+    beside: float = 20.0
+    most_fixed: float = 20.0
+    alike: float = 0.9
+    rescaled: float = 5.0
+    ring_aside: float = 0.15
+    ring_below: float = 0.05
+    chin_below: float = 5.0
+    still: float = 1e-3
+    aside: float = 0.3
+    same: float = 0.02
+    part_near: float = 150.0
+    least_opening: float = 4.0
+    ajar: float = 0.5
+    moved: float = 0.4
+    sunk: float = 1.5
+    hollow: float = 20.0
+    most_jaw: float = 3.0
+    forehead: float = 30.0
+    behind_eyes: float = 25.0
+    under_chin: float = 5.0
+    spacing: tuple[float, ...] = (4.0, 1.5, 3.0)
+    jaw_share: float = 0.5
+
+
+HEAD_IMPORT = HeadImportSettings()

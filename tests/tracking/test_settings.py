@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import abs_engine
+from abs_engine.capture import settings as capturing
 from abs_engine.export import settings as exporting
 from abs_engine.learn import settings as learning
 from abs_engine.tracking.settings import stages
@@ -20,7 +21,7 @@ from abs_engine.tracking.settings.stages import SETTINGS, Settings
 STAGES = [one.name for one in fields(Settings)]
 EVERY = {
     name: value
-    for module in (stages, learning, exporting)
+    for module in (stages, learning, capturing, exporting)
     for name, value in vars(module).items()
     if name.isupper() and name != "SETTINGS"
 }
@@ -84,6 +85,7 @@ def test_a_run_gathers_every_stage_of_tracking():
     assert {one.__module__ for one in gathered} == set(homes) - {
         "abs_engine.cli.parts.settings",  # options of a command
         learning.__name__,
+        capturing.__name__,
         exporting.__name__,
         stages.__name__,
         *(home for home in homes if home.endswith("__init__")),

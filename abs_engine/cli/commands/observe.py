@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.calibrate import board_options, calibrate
 from abs_engine.cli.parts.command import Chosen, Done, command
@@ -63,8 +64,9 @@ def _rename(text: str) -> tuple[str, str]:
             type=take.PATH),
         take.file("--overlay", "write the video with the dots drawn on it, an MP4",
             type=take.PATH),
-        take.option("--largest-error", type=take.number, default=1.5, metavar="PX",
-            text="largest reprojection error of a point (default: 1.5)"),
+        take.option("--largest-error", type=take.number, default=CAPTURE.largest_error,
+            metavar="PX",
+            text=f"largest reprojection error of a point (default: {CAPTURE.largest_error:g})"),
     ),
     *take.group(
         "The head frame, for videos and marker files",

@@ -28,11 +28,10 @@ from abs_engine.learn.heads.parts import check_face, check_places, hidden_parts,
 from abs_engine.learn.heads.regions import HIDDEN_ID, facet_classes, welded
 from abs_engine.learn.heads.table import SIXTY_EIGHT, HeadTable
 from abs_engine.learn.heads.units import face_units
+from abs_engine.learn.settings import HEAD_IMPORT
 
 NEUTRAL = "neutral"
 """The name of the person that the file itself shows."""
-LEAST_OPENING = 4.0
-"""mm by which `jawOpen` at weight 1 has to open the lips; that of ARKit's heads does so by 30."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +101,7 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
     face = mesh.faces[words != "none"]
     contours = lip_contours(marks, vertices, face, weld)
     opening = float(lip_gap(jaw[contours.points]))
-    if opening < LEAST_OPENING:
+    if opening < HEAD_IMPORT.least_opening:
         raise ParameterError(
             f"jawOpen opens the lips of {mesh.source} by {opening:.1f} mm",
             "give a mesh whose mouth opens, or name its target: [units] jawOpen = ...",
@@ -242,11 +241,6 @@ def _speaker(
     )
 
 
-_FOREHEAD, _BEHIND = 30.0, 25.0  # mm above the eyes, and behind their outer corners: the face ends
-_SPACING = {"face": 4.0, "lips": 1.5, "jaw": 3.0}  # mm, as of the bundled head's lists
-_JAW_SHARE = 0.5  # of the jaw's greatest motion
-
-
 def _areas(parts: _Parts, marks: Marks) -> dict[str, IntArray]:
     """The vertices of the areas that are scored: face, lips and jaw."""
     v = parts.vertices
@@ -256,16 +250,21 @@ def _areas(parts: _Parts, marks: Marks) -> dict[str, IntArray]:
     }
     eyes, chin = v[marks.eye_corners], v[marks.chin[0]]
     front = vertex_normals(v, parts.faces)[:, 2] > 0
-    before = front & (v[:, 2] > eyes[[0, 3], 2].mean() - _BEHIND)
-    face = before & (v[:, 1] > chin[1] - 5) & (v[:, 1] < eyes[:, 1].mean() + _FOREHEAD)
+    before = front & (v[:, 2] > eyes[[0, 3], 2].mean() - HEAD_IMPORT.behind_eyes)
+    face = (
+        before
+        & (v[:, 1] > chin[1] - HEAD_IMPORT.under_chin)
+        & (v[:, 1] < eyes[:, 1].mean() + HEAD_IMPORT.forehead)
+    )
     far = np.linalg.norm(parts.units[FACE_UNITS.index(Unit.JAW_OPEN)], axis=1)
     skin = of["skin"][face[of["skin"]]]
     jaw = np.setdiff1d(skin, of["lips"])
     found = {
         "face": np.union1d(skin, of["lips"]), "lips": of["lips"],
-        "jaw": jaw[far[jaw] >= _JAW_SHARE * far[skin].max()],
+        "jaw": jaw[far[jaw] >= HEAD_IMPORT.jaw_share * far[skin].max()],
     }  # fmt: skip
-    return {name: _thinned(at, v, _SPACING[name]) for name, at in found.items()}
+    each = zip(found.items(), HEAD_IMPORT.spacing, strict=True)
+    return {name: _thinned(at, v, spacing) for (name, at), spacing in each}
 
 
 def _thinned(at: IntArray, vertices: FloatArray, spacing: float) -> IntArray:

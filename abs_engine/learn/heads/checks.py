@@ -12,21 +12,7 @@ from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.schema import FACE_UNITS
 from abs_engine.learn.heads.marks import Marks
-
-LARGEST = 20.0
-"""mm that no face unit moves the eyes' corners or the nose by. Chosen: ICT's do by up to 3."""
-_ALIKE = 0.9
-"""Correlation of displacements with the head itself, above which they are places. Chosen."""
-_RESCALED = 5.0
-"""Times as large or small as the head, from which on a face is in another unit. Chosen: of mm, cm,
-inches and m, the nearest are 2.5 and the next 10 times each other."""
-_ASIDE = 0.15
-"""Share of a mouth's width that a ring may begin away from its right end. Chosen."""
-_BELOW = 0.05
-"""Share of a mouth's width that its upper half may lie lower, as lips overlap. Chosen."""
-_UNDER = 5.0
-"""mm by which a chin lies lower than the lips, and the nose higher. Chosen: on ICT's people by 10
-and more."""
+from abs_engine.learn.settings import HEAD_IMPORT
 
 
 def check_marks(marks: Marks, vertices: FloatArray) -> None:
@@ -35,7 +21,7 @@ def check_marks(marks: Marks, vertices: FloatArray) -> None:
     for name, far, where in (
         ("chin", lips.min() - chin[0], "below"), ("nose_tip", nose[0] - lips.max(), "above"),
     ):  # fmt: skip
-        if far < _UNDER:
+        if far < HEAD_IMPORT.chin_below:
             raise ParameterError(
                 f"landmark {name} does not lie {where} the lips ({far:.0f} mm)",
                 f"give the vertex at the tip of the {name.removesuffix('_tip')}",
@@ -47,7 +33,7 @@ def check_units(units: NDArray[np.float32], vertices: FloatArray, marks: Marks) 
     fixed = np.r_[marks.eye_corners[:4], marks.nose_tip[:1]]
     far = np.linalg.norm(units[:, fixed], axis=2).max(axis=1)
     worst = int(far.argmax())
-    if far[worst] > LARGEST:
+    if far[worst] > HEAD_IMPORT.most_fixed:
         raise ParameterError(
             f"{FACE_UNITS[worst]} moves the corners of the eyes or the tip of the nose by "
             f"{far[worst]:.0f} mm",
@@ -59,9 +45,9 @@ def _remedy(moved: NDArray[np.float32], vertices: FloatArray) -> str:
     if _in_another_unit(moved + vertices, vertices):
         return "its file seems to be in another unit than the head: scale it to the head's"
     likeness = _likeness(moved, vertices)
-    if likeness < -_ALIKE:
+    if likeness < -HEAD_IMPORT.alike:
         return "its file seems to hold differences from the neutral head: give whole heads"
-    if likeness > _ALIKE:
+    if likeness > HEAD_IMPORT.alike:
         return "its morph target seems to hold positions: give displacements from the neutral head"
     return "give the motion of the face alone, with the head at rest"
 
@@ -71,8 +57,8 @@ def _in_another_unit(places: FloatArray, vertices: FloatArray) -> bool:
     times = np.linalg.norm(places - places.mean(axis=0)) / np.linalg.norm(
         vertices - vertices.mean(axis=0)
     )
-    alike = _likeness(places, vertices) > _ALIKE
-    return bool(alike and not 1 / _RESCALED < times < _RESCALED)
+    alike = _likeness(places, vertices) > HEAD_IMPORT.alike
+    return bool(alike and not 1 / HEAD_IMPORT.rescaled < times < HEAD_IMPORT.rescaled)
 
 
 def _likeness(moved: NDArray[np.floating], vertices: FloatArray) -> float:
@@ -102,11 +88,11 @@ def check_rings(marks: Marks, opened: FloatArray) -> None:
 def _problem(ring: IntArray, opened: FloatArray) -> str:
     across, up = opened[ring, 0], opened[ring, 1]
     wide, left = float(np.ptp(across)), int(across.argmax())
-    if across[0] - across.min() > _ASIDE * wide:
+    if across[0] - across.min() > HEAD_IMPORT.ring_aside * wide:
         return "does not begin at the right corner of the mouth"
     upper, lower = up[1:left], up[left + 1 :]
     if not len(upper) or not len(lower):
         return "does not go round the mouth"
-    if upper.mean() < lower.mean() - _BELOW * wide:
+    if upper.mean() < lower.mean() - HEAD_IMPORT.ring_below * wide:
         return "goes over the lower lip first"
     return ""

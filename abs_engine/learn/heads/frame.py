@@ -13,20 +13,13 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.learn.heads.marks import Marks
 from abs_engine.learn.heads.table import EYES_MM, UNITS
+from abs_engine.learn.settings import HEAD_IMPORT
 
 _USUAL = np.array(
     [[-41, 37, 79], [-19, 36, 85], [19, 36, 85], [41, 37, 79], [0, 2, 116], [0, -64, 92]],
     np.float64,
 )
 """Corners of the eyes, tip of the nose and chin of a usual head, mm, head frame."""
-_LIKE = 0.9
-"""Least correlation of a face's landmarks with the usual ones. Chosen: ICT's people have 0.98."""
-_SMALL = 0.2
-"""Share of a usual face, below which landmarks are of none in the largest unit. Chosen."""
-_OBLIQUE = 5.0
-"""Degrees from right angles that are left: ICT's people nod by 4, in the median. Chosen."""
-_FAR = 20.0
-"""mm that eyes may lie beside their usual place; those of ICT's people lie by up to 10. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,21 +61,21 @@ def head_frame(vertices: FloatArray, marks: Marks, length: str | None) -> HeadFr
     at = vertices[np.r_[marks.eye_corners[:4], marks.nose_tip[:1], marks.chin[:1]]]
     own, usual = at - at.mean(axis=0), _USUAL - _USUAL.mean(axis=0)
     eyes, extent = float(np.linalg.norm(at[3] - at[0])), float(np.linalg.norm(own))
-    if extent * max(UNITS.values()) < _SMALL * np.linalg.norm(usual):
+    if extent * max(UNITS.values()) < HEAD_IMPORT.small * np.linalg.norm(usual):
         _millimetres(eyes, length)  # refuses it, before rounded places pass for a wrong order
     whole = Rotation.align_vectors(usual, own)[0].as_matrix()
     turned, size = own @ whole.T, np.linalg.norm(own) * np.linalg.norm(usual)
     likeness = float((turned * usual).sum() / max(size, 1e-12))
-    if likeness < _LIKE or turned[4, 2] < turned[:4, 2].max():
+    if likeness < HEAD_IMPORT.face_like or turned[4, 2] < turned[:4, 2].max():
         raise ParameterError(
             "the landmarks do not lie as a face's do",
             "check their order: the subject's right eye comes first, outer corner before inner",
         )
     right = max(_turns(), key=lambda turn: float((turn * whole).sum()))
-    upright = Rotation.from_matrix(whole @ right.T).magnitude() <= np.radians(_OBLIQUE)
+    upright = Rotation.from_matrix(whole @ right.T).magnitude() <= np.radians(HEAD_IMPORT.oblique)
     matrix = (right if upright else whole) * _millimetres(eyes, length)
     off = matrix @ vertices[marks.eye_corners].mean(axis=0) - _USUAL[:4].mean(axis=0)
-    stays = upright and np.linalg.norm(off) <= _FAR
+    stays = upright and np.linalg.norm(off) <= HEAD_IMPORT.beside
     return HeadFrame(matrix, np.zeros(3) if stays else off)
 
 

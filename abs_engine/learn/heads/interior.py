@@ -14,11 +14,9 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.face.schema import CLASS_NAMES, JAW, Unit
 from abs_engine.io.assets import Speaker
+from abs_engine.learn.settings import HEAD_IMPORT
 
 TEETH = ("upper_teeth", "lower_teeth", "tongue")
-_SUNK = 1.5  # mm behind its place, so that nothing pokes through other lips
-_HOLLOW = 20.0  # mm from the lips: so deep is the inside of a mouth at least
-_MOST = 3.0  # times the bundled jaw's motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +60,11 @@ def mouth_interior(
     at = np.concatenate([marks["outer_lip_20"], marks["inner_lip_8"]])
     from_, to = _frame(bundled.vertices[at].astype(np.float64)), _frame(points)
     scale = to[1] / from_[1]
-    place = (bundled.vertices[kept] - from_[0]) * scale + to[0] - [0.0, 0.0, _SUNK]
+    place = (bundled.vertices[kept] - from_[0]) * scale + to[0] - [0.0, 0.0, HEAD_IMPORT.sunk]
     units = bundled.units[:, kept].astype(np.float32) * scale
     chin = bundled.landmarks["chin"][0]
     opened = bundled.unit_matrix((Unit.JAW_OPEN,))[0, chin]
-    farther = np.clip(jaw / (scale * float(np.linalg.norm(opened))), 0.0, _MOST)
+    farther = np.clip(jaw / (scale * float(np.linalg.norm(opened))), 0.0, HEAD_IMPORT.most_jaw)
     of_jaw = [k for k, name in enumerate(bundled.unit_names) if name in JAW]
     units[of_jaw] *= farther
     classes = np.array([CLASS_NAMES.index(n) for n in bundled.class_names], np.uint8)
@@ -92,4 +90,4 @@ def is_hollow(
     """Whether the inside of a mouth reaches farther back than the rims of its lips do."""
     inside = np.unique(faces[classes == CLASS_NAMES.index("inner_mouth")])
     front = vertices[points[12:], 2].mean()
-    return bool((vertices[inside, 2] < front - _HOLLOW).any())
+    return bool((vertices[inside, 2] < front - HEAD_IMPORT.hollow).any())

@@ -13,9 +13,8 @@ from abs_engine.core.registry import nearest
 from abs_engine.face.schema import HIDDEN, ICT_PARTS, region_of
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.learn.heads.marks import Marks
+from abs_engine.learn.settings import HEAD_IMPORT
 
-_NEAR = 150.0
-"""mm from the tip of the nose within which eyes, teeth and tongue begin. Chosen: they do by 80."""
 _SKIN = ("skin",)
 
 
@@ -88,7 +87,7 @@ def check_places(
     away = np.linalg.norm(vertices - vertices[nose], axis=1)[mesh.faces].min(axis=1)
     for k in np.unique(mesh.part[~np.isin(words, [*_SKIN, HIDDEN])]):
         nearest_mm = float(away[mesh.part == k].min())
-        if nearest_mm > _NEAR:
+        if nearest_mm > HEAD_IMPORT.part_near:
             (part,) = _of(mesh, mesh.part == k)
             raise ParameterError(
                 f"part '{part}' of {mesh.source}, taken for {words[mesh.part == k][0]}, lies "

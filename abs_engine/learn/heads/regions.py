@@ -14,14 +14,13 @@ from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.schema import CLASS_NAMES, LIPS, TEETH
 from abs_engine.learn.heads.marks import Contours
+from abs_engine.learn.settings import HEAD_IMPORT
 
 HIDDEN_ID = 255
 _BY_NAME = {name: k for k, name in enumerate(CLASS_NAMES)}
 _MOUTH = ("skin", "upper_lip", "lower_lip", "inner_mouth")
 _LIP_EDGES = ("over", "upper"), ("under", "lower")
 _EDGE = 2  # corners of a facet that lie on a contour when one of its edges does
-_AJAR = 0.5  # weight of `jawOpen` at which lips lie apart
-_MOVED = 0.4  # of the jaw's motion: what moves by more goes with it
 
 
 def welded(vertices: FloatArray, jaw: FloatArray) -> IntArray:
@@ -74,7 +73,7 @@ def facet_classes(
     for name, own in _parted(weld[faces[skin]], weld, contours, int(weld[nose])).items():
         out[skin[own]] = _BY_NAME[name]
     named = named[~np.isin(out[named], [_BY_NAME[name] for name in ("upper_lip", "lower_lip")])]
-    above = _nearer_above(vertices + _AJAR * jaw, faces[named], contours)
+    above = _nearer_above(vertices + HEAD_IMPORT.ajar * jaw, faces[named], contours)
     out[named] = np.where(above, _BY_NAME["upper_lip"], _BY_NAME["lower_lip"])
     teeth = np.flatnonzero(words == TEETH)
     out[teeth] = np.where(
@@ -153,4 +152,4 @@ def moving(
     far = np.linalg.norm(jaw, axis=1)
     each = far[faces[facets]].mean(axis=1)
     mean = np.bincount(labels, each) / np.bincount(labels)
-    return np.asarray(mean[labels] > _MOVED * far.max())
+    return np.asarray(mean[labels] > HEAD_IMPORT.moved * far.max())

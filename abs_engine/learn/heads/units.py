@@ -16,14 +16,9 @@ from abs_engine.core.words import listed
 from abs_engine.face.schema import FACE_UNITS, HALF, SHIFTS, Pair, Unit, reading, units_of
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.learn.heads.frame import HeadFrame
+from abs_engine.learn.settings import HEAD_IMPORT
 
 _Moves = NDArray[np.float32]
-_STILL = 1e-3
-"""Share of a target's greatest motion by which it leaves a vertex where it is. Chosen."""
-_ASIDE = 0.3
-"""Share of its motion by which a unit lies, or moves, to a side. Chosen."""
-_SAME = 0.02
-"""Share of it by which two targets that mean the same may differ. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +92,7 @@ def _exchanged(
             continue
         pair = FACE_UNITS.index(names[0]), FACE_UNITS.index(names[1])
         left, right = (_side(moves[n], vertices, names in SHIFTS) for n in pair)
-        if left < -_ASIDE and right > _ASIDE:
+        if left < -HEAD_IMPORT.aside and right > HEAD_IMPORT.aside:
             out.append(pair)
     return out
 
@@ -131,9 +126,9 @@ def _once(unit: str, names: Sequence[str], targets: Mapping[str, _Moves]) -> _Mo
     far = {name: np.linalg.norm(targets[name], axis=1) for name in names}
     most = max(float(d.max(initial=0.0)) for d in far.values())
     for one, other in combinations(names, 2):
-        both = np.minimum(far[one], far[other]) > _STILL * most
+        both = np.minimum(far[one], far[other]) > HEAD_IMPORT.still * most
         apart = np.abs(targets[one][both] - targets[other][both])
-        if apart.max(initial=0.0) > _SAME * most:
+        if apart.max(initial=0.0) > HEAD_IMPORT.same * most:
             raise ParameterError(
                 f"the morph targets '{one}' and '{other}' both mean {unit}, and differ",
                 f'say which it is in the table: [units] {unit} = "{one}"',

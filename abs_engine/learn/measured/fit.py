@@ -23,8 +23,6 @@ from abs_engine.learn.settings import MEASURED_FACE
 
 REST = "rest"
 """The viseme in which the head keeps still."""
-LEAST, LEAST_LIPS, LEAST_OTHERS = 12, 4, 4
-"""Points that make a face, at least: all, those of the group lips, and those of no lip or tooth."""
 _STILL = (*EYES, *BROWS, Unit.TONGUE_OUT)  # face units that no point of speech shows
 
 
@@ -142,11 +140,12 @@ def _check_count(built: Build) -> None:
     lips = sum(name in groups.get(LIPS, ()) for name in names)
     teeth = sum(name in groups.get("lower_teeth", ()) for name in names)
     others = len(names) - lips - teeth
-    if len(names) < LEAST or lips < LEAST_LIPS or others < LEAST_OTHERS:
+    least = MEASURED_FACE.least, MEASURED_FACE.least_lips, MEASURED_FACE.least_others
+    if len(names) < least[0] or lips < least[1] or others < least[2]:
         raise TooFewPointsError(
             f"{len(names)} points, {lips} of them about the lips and {others} elsewhere on the "
             "skin, do not make a face",
-            f"measure {LEAST} or more, {LEAST_LIPS} about the lips and {LEAST_OTHERS} elsewhere",
+            f"measure {least[0]} or more, {least[1]} about the lips and {least[2]} elsewhere",
         )
 
 
