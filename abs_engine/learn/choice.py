@@ -16,9 +16,7 @@ from abs_engine.learn.settings import LEARNING
 
 COUNT = 275
 """Of the paper, section 2.2; 30 of them on the lips."""
-_TEETH_AT = (-15.0, -10.0, -5.0, 0.0, 5.0, 10.0, 15.0)  # mm across
 _JAW_LINE = slice(3, 14)  # of the 17 landmarks from ear to ear
-_AROUND, _AWAY = 20, 6.0  # beads around the lips, mm from their border
 _RED = ("upper_lip", "lower_lip")
 _LIPS = {"upper": (slice(1, 6), slice(1, 4)), "lower": (slice(7, 12), slice(5, 8))}
 """Of the 12 landmarks of the lips' outer border and the 8 of the inner one; the rest: corners."""
@@ -118,7 +116,7 @@ def _teeth(speaker: Speaker) -> IntArray:
     x, y, z = speaker.vertices[own].astype(np.float64).T
     front = z > (z.min() + z.max()) / 2
     return np.array(
-        [own[np.where(front, y - np.abs(x - at), -np.inf).argmax()] for at in _TEETH_AT]
+        [own[np.where(front, y - np.abs(x - at), -np.inf).argmax()] for at in LEARNING.teeth_beads]
     )
 
 
@@ -129,13 +127,13 @@ def _around(speaker: Speaker) -> dict[str, IntArray]:
     steps = np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1)
     at = np.concatenate([[0.0], np.cumsum(steps)])
     closed = np.concatenate([ring, ring[:1]])
-    wanted = (np.arange(_AROUND) + 0.5) * at[-1] / _AROUND
+    wanted = (np.arange(LEARNING.ring_beads) + 0.5) * at[-1] / LEARNING.ring_beads
     edge = np.stack([np.interp(wanted, at, closed[:, k]) for k in range(3)], axis=1)
     middle = ring.mean(axis=0)
     out = (edge - middle) * [1.0, 1.0, 0.0]
-    goal = edge + _AWAY * out / np.linalg.norm(out, axis=1, keepdims=True)
+    goal = edge + LEARNING.ring_away * out / np.linalg.norm(out, axis=1, keepdims=True)
     skin = speaker.vertices_of("skin")
-    skin = skin[place[skin, 2] > ring[:, 2].min() - 3 * _AWAY]
+    skin = skin[place[skin, 2] > ring[:, 2].min() - 3 * LEARNING.ring_away]
     away = np.linalg.norm(place[skin][:, None, :2] - goal[:, :2], axis=2)
     found = np.unique(skin[away.argmin(axis=0)]).astype(np.int64)
     corner = place[speaker.landmarks["mouth_corners"], 1].mean()

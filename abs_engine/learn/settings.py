@@ -36,6 +36,12 @@ class LearningSettings:
     corner : float, mm
         Beads within this height of the mouth's corners are above neither lip nor below it. Not
         measured.
+    teeth_beads : tuple of float, mm
+        Across, where beads on the lower teeth are. Not measured.
+    ring_beads : int, beads
+        Around the lips. Not measured.
+    ring_away : float, mm
+        From the lips' border to these. Not measured.
     farthest_dots : float, mm RMS
         That mean dots may be from where they are on the head at rest. Measured: 4 of a person who
         speaks, 8 and more of most others.
@@ -172,6 +178,9 @@ class LearningSettings:
     dots_apart: float = 4.0
     beads_apart: float = 9.0
     corner: float = 2.0
+    teeth_beads: tuple[float, ...] = (-15.0, -10.0, -5.0, 0.0, 5.0, 10.0, 15.0)
+    ring_beads: int = 20
+    ring_away: float = 6.0
     farthest_dots: float = 12.0
     exchanged: float = 0.8
     flattest: float = 0.04

@@ -186,8 +186,9 @@ def _filled(blob: BoolArray) -> Image:
 
 
 def _neighbourhood(prior: LipPrior, shape: tuple[int, ...]) -> tuple[int, int, int, int] | None:
-    """Left, top, right and bottom of three deviations and a mouth about the prior; or None."""
-    reach = 3 * prior.deviation + 2 * np.sqrt(prior.area)
+    """Left, top, right and bottom of what is looked at about the prior; None if it is nothing."""
+    reach = BLOB_START.looked_deviations * prior.deviation
+    reach = reach + BLOB_START.looked_lips * np.sqrt(prior.area)
     low = np.maximum(np.floor(prior.centre - reach), 0).astype(int)
     high = np.minimum(np.ceil(prior.centre + reach) + 1, shape[1::-1]).astype(int)
     if (high - low < 4).any():

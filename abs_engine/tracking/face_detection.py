@@ -26,7 +26,6 @@ MARKS = ("right_eye", "left_eye", "nose_tip", "mouth", "right_ear", "left_ear")
 
 _SIDE = 128  # pixels, of the picture that the network looks at
 _GRIDS = ((16, 2), (8, 6))  # cells a side, and guesses for each cell
-_NARROWEST, _LONGEST = 16, 8  # pixels, and times that: what is narrower holds no face
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,12 +75,11 @@ def find_faces(image: NDArray[np.uint8], *, in_parts: bool = True) -> list[Face]
     Returns
     -------
     list of Face
-        None in slivers: pictures that are narrower than `_NARROWEST` pixels, or longer than
-        `_LONGEST` times their width.
+        None in slivers, see `DETECTION.narrowest` and `longest`.
     """
     height, width = image.shape[:2]
     least, most = sorted((height, width))
-    if least < _NARROWEST or most > _LONGEST * least:
+    if least < DETECTION.narrowest or most > DETECTION.longest * least:
         return []
     found = _looked_at(image, np.array([width, height]) / 2.0, most, DETECTION.sure)
     for share in DETECTION.smaller if in_parts else ():

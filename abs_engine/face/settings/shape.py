@@ -104,6 +104,10 @@ class ShapeSettings:
     smooth_scales : tuple of tuple of float, mm
         Standard deviation and reach of what a head's targets leave of other people's heads: of its
         whole proportions, and of single features. Not measured.
+    smooth_samples : int, points
+        That smooth fields are found on. A bound on time.
+    smooth_fields : int
+        Of a coordinate, the widest, that are kept. Not measured.
     asymmetry : float, ratio
         Standard deviation of what smooth fields let the two sides of a face differ by, over that of
         what they share. Chosen on eight films of other heads: with 0.1, 0.25, 0.5 and 1 the fitted
@@ -113,6 +117,16 @@ class ShapeSettings:
     border_spring : float, N/mm
         At each node of a shell's outermost ring: soft, as the jaw takes the chin along. Not
         measured.
+    young : float, N/mm^2
+        Young's modulus of lips and skin in learned physics. Not measured.
+    thickness : float, mm
+        Of them. Not measured.
+    poisson : float, ratio
+        Poisson's, of them: skin that is pulled one way hardly narrows the other way, as it bulges.
+        Not measured.
+    shear : float, share of the shear modulus
+        That resists slopes out of the plane; more than a plate's 5/6, which would let the lips'
+        edges flap. Not measured.
     lip_share : float, times a node of the skin
         That a node of the lips counts where learned physics moves a head. Not measured.
     weight_cost : float, mm
@@ -218,9 +232,15 @@ class ShapeSettings:
     between_eyes: float = 0.035
     above_ears: float = 0.2
     smooth_scales: tuple[tuple[float, float], ...] = ((3.0, 60.0), (1.5, 25.0))
+    smooth_samples: int = 400
+    smooth_fields: int = 60
     asymmetry: float = 0.1
     usual_weight: float = 0.3
     border_spring: float = 0.01
+    young: float = 0.1
+    thickness: float = 2.0
+    poisson: float = 0.0
+    shear: float = 1.5
     lip_share: float = 3.0
     weight_cost: float = 0.02
     pinched: float = 0.9

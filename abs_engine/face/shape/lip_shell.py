@@ -23,9 +23,8 @@ from abs_engine.io.assets import Speaker
 COLUMNS = 34
 LIP_ROWS = (0.0, 0.5, 1.0)  # from the inner contour to the outer one
 SKIN_ROWS = (3.0, 6.5, 10.0)  # mm beyond the outer contour: as far as the nose lets
-MATERIAL = Material(poisson=0.0, shear=1.5)
-"""Of lips and skin alike. Skin that is pulled one way hardly narrows the other way, as it bulges;
-slopes out of the plane are held harder than a plate's, which would let the lips' edges flap."""
+MATERIAL = Material(SHAPE.young, SHAPE.poisson, SHAPE.thickness, SHAPE.shear)
+"""Of lips and skin alike."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import FloatArray
 from abs_engine.face.settings.shape import SHAPE
 
-_SAMPLES = 400  # points that the kernel's eigenfunctions are found on
-_RANK = 60  # of a coordinate
 _AT_ONCE = 512  # rows of the kernel
 
 
@@ -28,7 +26,7 @@ def smooth_modes(
 
     The same for each coordinate, so K is three times the kernel's rank.
     """
-    samples = vertices[_spread(vertices, min(_SAMPLES, len(vertices)))]
+    samples = vertices[_spread(vertices, min(SHAPE.smooth_samples, len(vertices)))]
     kernel = _kernel(samples, samples, scales)
     fields = _fields(_kernel(vertices, samples, scales), kernel)
     each = np.zeros((len(fields), 3, len(vertices), 3))
@@ -55,28 +53,28 @@ def mirrored_modes(
         As of `smooth_modes`.
     """
     half = vertices[vertices[:, 0] >= 0]
-    here = half[_spread(half, min(_SAMPLES // 2, len(half)))]
+    here = half[_spread(half, min(SHAPE.smooth_samples // 2, len(half)))]
     there = here * np.array([-1.0, 1.0, 1.0])
     near, far = (_kernel(vertices, x, scales) for x in (here, there))
     own, across = (_kernel(here, x, scales) for x in (here, there))
     even, odd = (_fields(0.5 * (near + s * far), 0.5 * (own + s * across)) for s in (1.0, -1.0))
     across_face = _widest(np.concatenate([odd, asymmetry * even]))
     in_plane = _widest(np.concatenate([even, asymmetry * odd]))
-    each = np.zeros((3, _RANK, len(vertices), 3), np.float32)
+    each = np.zeros((3, SHAPE.smooth_fields, len(vertices), 3), np.float32)
     each[0, : len(across_face), :, 0] = across_face
     each[1, : len(in_plane), :, 1] = each[2, : len(in_plane), :, 2] = in_plane
     return each.reshape(-1, len(vertices), 3)
 
 
 def _widest(fields: FloatArray) -> FloatArray:
-    """The fields (K, V) that move most, at most `_RANK`."""
-    return np.asarray(fields[np.argsort(-(fields**2).sum(axis=1))[:_RANK]])
+    """The fields (K, V) that move most, at most `SHAPE.smooth_fields`."""
+    return np.asarray(fields[np.argsort(-(fields**2).sum(axis=1))[: SHAPE.smooth_fields]])
 
 
 def _fields(kernel: FloatArray, samples: FloatArray) -> FloatArray:
     """Eigenfunctions (K, V) by the kernel (V, S) to samples, and of the samples (S, S)."""
     values, vectors = np.linalg.eigh(samples + 1e-6 * np.eye(len(samples)))
-    order = np.argsort(-values)[:_RANK]
+    order = np.argsort(-values)[: SHAPE.smooth_fields]
     return np.asarray((kernel @ (vectors[:, order] / np.sqrt(values[order]))).T)
 
 

@@ -53,6 +53,10 @@ class BlobSettings:
         (three heads); hair over the forehead moves them up to 0.8 or down to 1.3.
     top : float, quantile
         Of the rows of the skin blob, that is its top. Not measured.
+    looked_deviations : float, standard deviations
+        About the expected place of the lips, in which they are looked for. Not measured.
+    looked_lips : float, square roots of the lips' usual area
+        That are looked at besides. Not measured.
     clutter : float, share of that area
         Expected to look like lips by chance. Not measured.
     parted : float, square roots of the lips' usual area
@@ -100,6 +104,8 @@ class BlobSettings:
     expected: tuple[float, float] = (0.0, 1.0)
     expected_deviation: tuple[float, float] = (0.3, 0.3)
     top: float = 0.01
+    looked_deviations: float = 3.0
+    looked_lips: float = 2.0
     clutter: float = 0.15
     parted: float = 1.0
     clear: float = 20.0

@@ -73,6 +73,10 @@ class DetectionSettings:
         rate; 0.66 to 0.86 at cuts that were made of p08 and p09.
     least_face : float, px
         Of a face; of a smaller one a picture shows nothing. Not measured.
+    narrowest : int, px
+        Of a picture, in which a face is looked for. Not measured.
+    longest : float, times its width
+        Of such a picture at most. Not measured.
     present : float, probability
         Of a face by the landmark network at least. Measured: 0.94 and more of faces, at most 0.74
         beside one.
@@ -139,6 +143,8 @@ class DetectionSettings:
     change: float = 0.35
     most_changed: float = 0.5
     least_face: float = 8.0
+    narrowest: int = 16
+    longest: float = 8.0
     present: float = 0.8
     turned_eyes: float = 0.5
     shut_eye: float = 0.12
