@@ -29,8 +29,9 @@ class CaptureSettings:
     vague : float, share of a focal length
         Largest standard deviation of it. Not measured.
     tangential : float, standard deviations
-        From 0, below which tangential coefficients are left out: a long lens hardly tells them from
-        a shift of the principal point, which is then twice as uncertain. Not measured.
+        From 0, below which tangential coefficients are left out: with a long lens they are hardly
+        distinguished from a shift of the principal point, which is then twice as uncertain. Not
+        measured.
     cameras_apart : float, share of the board's distance
         Between two cameras at least, 0.6 degrees. Not measured.
     together : float, errors of the worse camera alone
