@@ -31,7 +31,7 @@ SEEN_DEVIATION = np.array(PREPARATION.seen_deviation)
 TOLD_DEVIATION = np.array(PREPARATION.given_deviation)
 ALIGNED_DEVIATION = np.array(PREPARATION.aligned_deviation)
 POSE_DEVIATION = np.array(PREPARATION.pose_deviation)
-_POSTURE = Newton(limit=PREPARATION.calibration_limit)
+_POSTURE = Newton()
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,9 +147,7 @@ def _choose_depth(
         for k in some:
             base = shifted(frames[k].pose, candidate, model.pivot)
             frame = PoseFrame(base, model.pivot)
-            total += fit_posture(
-                model, terms[k], frame, person, vectors[k], Newton(limit=PREPARATION.depth_limit)
-            ).value
+            total += fit_posture(model, terms[k], frame, person, vectors[k]).value
         return total
 
     depth = float(np.median([frame.pose.translation[2] for frame in frames]))

@@ -92,10 +92,6 @@ class PreparationSettings:
         That may be the mouth's inside, as the posture may err. Not measured.
     posture_limit : int, evaluations
         Of a posture's fit at most. Not measured.
-    calibration_limit : int, evaluations
-        Of a posture's fit in the calibration of an unknown mouth by colours at most. Not measured.
-    depth_limit : int, evaluations
-        Of the same where a depth is tried. Not measured.
     joint_tolerance : float, nats
         By less than which the values of a simplex over person and place differ when it stops. Not
         measured.
@@ -173,8 +169,6 @@ class PreparationSettings:
     placed_opening: float = 2.5
     placed_inside: float = 0.6
     posture_limit: int = 60
-    calibration_limit: int = 250
-    depth_limit: int = 300
     joint_tolerance: float = 0.1
     joint_limit: int = 500
     reaches_again: tuple[int, ...] = (3, 2, 2)
