@@ -147,7 +147,7 @@ class ShapeSettings:
     still_above : float, mm
         Above the eyes, where it ends. Not measured.
     still_behind : float, mm
-        Behind the foremost corner of the eyes, up to which it lies. Not measured.
+        Behind the hindmost corner of the eyes, up to which it lies. Not measured.
     penalty_softness : float, standard deviations
         From the corpus' mean, beyond which the penalty of improbable parameters grows much faster
         than a Gaussian's. Not measured.
@@ -172,45 +172,13 @@ class ShapeSettings:
     least_closed: float = 0.7
     half_closed: float = 0.25
     action_weights: tuple[float, ...] = (
-        0.7,
-        0.9,
-        0.5,
-        0.6,
-        0.4,
-        0.5,
-        0.4,
-        0.7,
-        0.8,
-        0.6,
-        0.7,
-        0.3,
-        0.3,
-        0.5,
-        0.5,
-        0.4,
-        0.4,
-        0.3,
-    )
+        0.7, 0.9, 0.5, 0.6, 0.4, 0.5, 0.4, 0.7, 0.8,
+        0.6, 0.7, 0.3, 0.3, 0.5, 0.5, 0.4, 0.4, 0.3,
+    )  # fmt: skip
     action_shares: tuple[float, ...] = (
-        0.3,
-        0.35,
-        0.3,
-        0.3,
-        0.2,
-        0.15,
-        0.15,
-        0.35,
-        0.35,
-        0.15,
-        0.2,
-        0.15,
-        0.15,
-        0.15,
-        0.15,
-        0.12,
-        0.12,
-        0.15,
-    )
+        0.3, 0.35, 0.3, 0.3, 0.2, 0.15, 0.15, 0.35, 0.35,
+        0.15, 0.2, 0.15, 0.15, 0.15, 0.15, 0.12, 0.12, 0.15,
+    )  # fmt: skip
     scanned_units: float = 0.5
     widest_jaw: float = 0.55
     lip_weight: float = 5.0

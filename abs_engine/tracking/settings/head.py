@@ -112,8 +112,8 @@ class HeadSettings:
     grazing : float, cosine
         Between ray and normal that is counted at the flattest. Not measured.
     match_noise : float, pixels of what is compared
-        Standard deviation of a match; of followed heads, too. Chosen on the same films as `side`:
-        1.48 degrees with 0.7, 1.44 with 0.5.
+        Standard deviation of a match. Chosen for the joint fit on the same films as `side`: 1.48
+        degrees with 0.7, 1.44 with 0.5. Not measured for followed heads, for which it counts, too.
     matches_alike : float, matches
         That count as one, as they err together. Not measured.
     gaze : tuple of float, mm

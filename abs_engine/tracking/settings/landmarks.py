@@ -72,10 +72,10 @@ class LandmarkSettings:
         Of such a drawing. Not measured.
     drawn_depth : float, mm
         From the camera to the head in it. Not measured.
-    drawn_ambient : float, share of white
-        Light of the room in it. Not measured.
-    drawn_diffuse : float, share of white
-        Light of its lamp. Not measured.
+    drawn_ambient : float, share of the texture's brightness
+        By the light of the room in it. Not measured.
+    drawn_diffuse : float, share of the texture's brightness
+        By its lamp, where skin faces it. Not measured.
     drawn_wall : float, levels of 255
         Of the wall behind the head. Not measured.
     drawn_lamp : tuple of float, camera frame

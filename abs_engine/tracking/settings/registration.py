@@ -56,8 +56,8 @@ class RegistrationSettings:
     steps_in_drift : float, first steps
         In each of these. Not measured.
     pose_limit : int, evaluations
-        Of a pose by corners or patches, slopes left out. A bound on time: on 25 to 30 frames each of
-        four clips at most 12 were needed by corners, and on two of these 25 by patches.
+        Of a pose by corners or patches, slopes left out. A bound on time: on 25 to 30 frames each
+        of four clips at most 12 were needed by corners, and on two of these 25 by patches.
     patch : float, face widths
         Half the side of a patch. Not measured.
     patches_apart : float, face widths
