@@ -96,7 +96,7 @@ def _of_the_lips(speaker: Speaker) -> NDArray[np.float32]:
     """How much each vertex (V,) belongs to the lips: 1 at their outline, 0 far from it."""
     outline = speaker.vertices[speaker.landmarks["outer_lip"]]
     away, _ = cKDTree(outline).query(speaker.vertices)
-    return np.exp(-0.5 * (away / SHAPE.scanned_lips) ** 2).astype(np.float32)
+    return np.asarray(np.exp(-0.5 * (away / SHAPE.scanned_lips) ** 2), np.float32)
 
 
 def expected(speaker: Speaker) -> bool:
