@@ -1,4 +1,4 @@
-"""A preparation in half the time, for tests of what comes after it."""
+"""A preparation in half the time or less, for tests of what comes after it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,20 @@ from abs_engine.tracking.settings.preparation import PREPARATION
 
 
 @contextmanager
-def hurried() -> Iterator[None]:
-    """Half the frames to learn from, half the rounds, and two starts."""
+def hurried(frames: int = 4, rounds: int = 2) -> Iterator[None]:
+    """Few frames to learn from, few rounds, and two starts; in a single round one depth.
+
+    Parameters
+    ----------
+    frames : int
+        Of usually 8.
+    rounds : int
+        2 or 1 of usually 4.
+    """
+    every = len(PREPARATION.view_rounds) // rounds
     few = replace(
-        PREPARATION, learn_from=4, view_rounds=PREPARATION.view_rounds[::2], good_score=0.0,
-        poor_score=0.0,
+        PREPARATION, learn_from=frames, view_rounds=PREPARATION.view_rounds[::every],
+        depths=PREPARATION.depths if rounds > 1 else ((0.0,),), good_score=0.0, poor_score=0.0,
     )  # fmt: skip
     with pytest.MonkeyPatch.context() as patch:
         for module in (frame_choice, identity_fit, multistart):

@@ -1,14 +1,13 @@
 """The README and the pages of docs/ as their readers use them: code blocks, run in a folder.
 
 A shell block is run line by line, each `abs-engine` line in this process, with the CPU renderer
-where the command only draws. A block whose first line is a comment `# Takes ...` is not run, as it
-would take too long: its commands are parsed by the program's own parser, and the options of its
-`track` lines are checked as `track` itself checks them before it begins. Lines that set a machine
-up (`git`, `cd`, `.`, `./run`) are for the reader alone. Python blocks are executed, TOML blocks
-parsed; `text` is a drawing.
+where the command only draws. Python blocks are executed, TOML blocks parsed; `text` is a drawing.
+What cannot be run is listed by `unrun`, each line with its reason: its words are parsed by the
+program's own parser, and the options of `track` checked as `track` itself checks them before it
+begins.
 
-`synth` and `track` write the same for the same words and files, and are run once for all pages.
-Clips are prepared as `hurried` does.
+What a reader has of his own is made by `page_inputs`. `synth` and `track` write the same for the
+same words and files, and are run once for all pages. All that takes long does less: see `short`.
 """
 
 from __future__ import annotations
@@ -27,7 +26,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import click
-from hurried import hurried
+from page_inputs import BEFORE, CLIP, GIVEN, LATER, pictures_of, write_film
+from short import short
+from unrun import reason
 
 from abs_engine.cli import main
 from abs_engine.cli.commands.track import track_options
@@ -35,11 +36,8 @@ from abs_engine.cli.parts.command import Chosen
 from abs_engine.cli.program import PROGRAM, complaint
 from abs_engine.core import registry
 from abs_engine.core.errors import InputFileError
-from abs_engine.io.assets import load_speaker, shipped
 from abs_engine.io.video import probe
-from abs_engine.learn.articulatory import build
 from abs_engine.render.context import HIDE_VARIABLE
-from abs_engine.studio.corpus import speak_corpus
 from abs_engine.tracking.option_checks import check_options
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -47,18 +45,7 @@ PAGES = (
     *(ROOT / name for name in ("README.md", "CONTRIBUTING.md")),
     *sorted(page for page in (ROOT / "docs").glob("*.md") if not page.is_symlink()),
 )
-LONG = "# Takes "
 LANGUAGES = ("sh", "python", "toml", "text")
-FOR_THE_READER = (
-    "git",
-    "cd",
-    ".",
-    "./run",
-    ".venv/bin/pre-commit",
-    "dask",
-    "snakemake",
-    "apptainer",
-)
 BY_OPENGL = ("synth", "--version")
 REPEATABLE = ("synth", "track")
 _FENCE = re.compile(r"^```(.*?)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -86,11 +73,6 @@ class Block:
     line: int
     language: str
     text: str
-
-    @property
-    def long(self) -> bool:
-        """Whether it is marked as one that takes too long to be run here."""
-        return self.language == "sh" and self.text.startswith(LONG)
 
     def commands(self) -> list[tuple[int, list[str]]]:
         """The commands of a shell block as words, each with its line on the page."""
@@ -125,19 +107,22 @@ class Reader:
         self._executed: set[str] = set()
         with contextlib.chdir(kept):
             self._run(["abs-engine", "synth", "vowels", "--frames", "5", "-o", "vowels"])
-        spoken = speak_corpus(load_speaker(), load_speaker().named("clara"))
-        self._model = build(spoken.corpus).model
+        filmed = kept / "vowels" / "clip" / "camera"
+        write_film(kept / "talk.mp4", pictures_of(filmed / "video.mp4", CLIP))
+        shutil.copy(filmed / "camera.json", kept)
 
-    def provide(self, folder: Path) -> None:
-        """Put there what the pages speak of as the reader's own: a clip, its camera, models."""
-        filmed = self._kept / "vowels" / "clip" / "camera"
-        shutil.copy(filmed / "video.mp4", folder / "talk.mp4")
-        shutil.copy(filmed / "camera.json", folder)
-        shutil.copy(shipped("lips/lips.npz"), folder)
+    def provide(self, folder: Path, page: Path) -> None:
+        """Put there what a page speaks of as the reader's own or as done: a clip, its camera."""
+        for name in ("talk.mp4", "camera.json"):
+            shutil.copy(self._kept / name, folder)
         for name in ("examples", "tests"):
             (folder / name).symlink_to(ROOT / name)
-        (folder / "model").mkdir()
-        self._model.save(folder / "model" / "model.npz")
+        name = page.relative_to(ROOT).as_posix()
+        for give in GIVEN.get(name, ()):
+            give(folder)
+        with contextlib.chdir(folder):
+            for line in BEFORE.get(name, ()):
+                self._run(shlex.split(line))
 
     def follow(self, page: Path, folder: Path) -> int:
         """Do in a folder what a page says; the number of blocks.
@@ -160,12 +145,12 @@ class Reader:
             with _named(block, block.line, "TOML"):
                 tomllib.loads(block.text)
         if block.language == "python" and block.text not in self._executed:
-            with _named(block, block.line, "Python"), hidden_opengl(), hurried():
+            with _named(block, block.line, "Python"), hidden_opengl(), short():
                 self._execute(block)
         if block.language == "sh":
             for line, words in block.commands():
                 with _named(block, line, shlex.join(words)):
-                    (check if block.long else self._run)(words)
+                    self._try(words)
 
     def _execute(self, block: Block) -> None:
         self._executed.add(block.text)
@@ -174,12 +159,19 @@ class Reader:
         with contextlib.redirect_stdout(io.StringIO()):
             exec(code, {"__name__": "__main__"})
 
+    def _try(self, words: list[str]) -> None:
+        line = shlex.join(words)
+        if reason(line) is not None:
+            check(words)
+            return
+        if line in LATER:
+            LATER[line](Path.cwd())
+        self._run(words)
+
     def _run(self, words: list[str]) -> None:
         program, *arguments = words
-        if program in FOR_THE_READER:
-            return
         if program != "abs-engine":
-            raise PageError(f"'{program}' is not run here; mark the block with '{LONG}...'")
+            raise PageError(f"'{program}' is not run here; tests/unrun.py lists why")
         if arguments[0] not in REPEATABLE or "-o" not in arguments:
             self._type(arguments)
             return
@@ -197,7 +189,7 @@ class Reader:
         opengl = arguments[0] in BY_OPENGL
         with (
             contextlib.nullcontext() if opengl else hidden_opengl(),
-            hurried(),
+            short(),
             contextlib.redirect_stdout(said),
             contextlib.redirect_stderr(complained),
         ):
@@ -228,11 +220,8 @@ def check(words: list[str]) -> None:
     elif program == ".venv/bin/python":
         if importlib.util.find_spec(arguments[arguments.index("-m") + 1]) is None:
             raise PageError("there is no such module")
-    elif program == "python":
-        if not Path(arguments[0]).is_file():
-            raise PageError(f"there is no {arguments[0]}")
-    elif program not in FOR_THE_READER:
-        raise PageError(f"'{program}' is not known here")
+    elif program == "python" and not Path(arguments[0]).is_file():
+        raise PageError(f"there is no {arguments[0]}")
 
 
 def _key(arguments: list[str]) -> str:

@@ -420,27 +420,6 @@ def test_two_points_of_one_name_have_no_parameters(tmp_path: Path, capsys):
     assert not out.exists()
 
 
-@pytest.mark.slow
-def test_a_bundled_person_is_an_example_to_start_from(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.setattr("abs_engine.learn.articulatory.MOST_BUILT", 5)
-    one, two = tmp_path / "clara", tmp_path / "again"
-    words = ["articulate", "--person", "clara", "--renderer", "cpu", "-o", str(one)]
-    assert main(words) == 0
-    first = capsys.readouterr().out.splitlines()
-    assert main([
-        "articulate", str(one / "points.csv"), "--roles", str(one / "roles.csv"),
-        "--predictors", str(one / "predictors.toml"), "-o", str(two),
-    ]) == 0  # fmt: skip
-    second = capsys.readouterr().out.splitlines()
-    assert first[2:-1] == second[2:-1]  # variance and errors, to the last digit that is shown
-    a, b = (abs_engine.load_articulatory(path / "model.npz") for path in (one, two))
-    np.testing.assert_allclose(a.modes, b.modes, atol=1e-3)
-    assert main(words) == 2
-    assert "exists already" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("more", "said"),
     [

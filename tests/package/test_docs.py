@@ -3,34 +3,37 @@
 from __future__ import annotations
 
 import csv
+import json
 import os
 import re
 import shlex
 import subprocess
 import sys
+import tomllib
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 from pages import PAGES, ROOT, Block, PageError, Reader, blocks_of, check
+from unrun import LINES, PROGRAMS
 
 from abs_engine import __all__ as public
+from abs_engine import load_articulatory
 from abs_engine.cli.program import PROGRAM
+from abs_engine.face.shape.predictors import PAPER_PREDICTORS
 from abs_engine.papers.basu1998.remarks import REMARKS
 from abs_engine.papers.odisio2004.goals import GOALS
+from abs_engine.report.articulation.predictor_file import read_predictors
 
-MEASURED = ROOT / "docs" / "measured.md"
+MEASURED, TRACK = ROOT / "docs" / "measured.md", ROOT / "docs" / "track.md"
 
 
 @pytest.fixture(scope="module")
 def reader(tmp_path_factory) -> Reader:
     return Reader(tmp_path_factory.mktemp("kept"))
-
-
-@pytest.fixture
-def folder(reader, tmp_path) -> Path:
-    reader.provide(tmp_path)
-    return tmp_path
 
 
 def test_the_changelog_s_page_is_the_changelog():
@@ -45,11 +48,54 @@ def _prose(page: Path) -> str:
     return re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
 
 
+@pytest.fixture(scope="module")
+def followed(reader, tmp_path_factory) -> Callable[[Path], Path]:
+    """The folder in which somebody did all that a page says, once."""
+
+    @cache
+    def follow(page: Path) -> Path:
+        folder = tmp_path_factory.mktemp(page.stem)
+        reader.provide(folder, page)
+        assert reader.follow(page, folder) == len(blocks_of(page))
+        return folder
+
+    return follow
+
+
 @pytest.mark.slow
 @pytest.mark.gl
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_every_code_block_of_a_page_works(page, reader, folder):
-    assert reader.follow(page, folder) == len(blocks_of(page))
+def test_every_code_block_of_a_page_works(page, followed):
+    followed(page)
+
+
+@pytest.mark.slow
+@pytest.mark.gl
+def test_a_bundled_corpus_makes_its_model_again(followed):
+    """What `articulate --person` writes is an example to start from."""
+    folder = followed(ROOT / "docs" / "talking.md")
+    one, two = (load_articulatory(folder / name / "model.npz") for name in ("clara", "model"))
+    np.testing.assert_allclose(one.modes, two.modes, atol=1e-3)
+    facts = [json.loads((folder / n / "results.json").read_text()) for n in ("clara", "model")]
+    for name in ("variance", "left_out_error_mm_median"):
+        assert facts[0][name] == pytest.approx(facts[1][name], abs=1e-3)
+    assert read_predictors(folder / "clara" / "predictors.toml") == PAPER_PREDICTORS
+
+
+def test_what_is_not_run_stands_on_a_page():
+    """No line is left on the list that no page has any more; programs as well."""
+    blocks = [block for page in PAGES for block in blocks_of(page) if block.language == "sh"]
+    typed = [words for block in blocks for _, words in block.commands()]
+    assert set(LINES) <= {shlex.join(words) for words in typed}
+    assert set(PROGRAMS) <= {words[0] for words in typed}
+
+
+def test_the_scene_of_the_page_is_the_shipped_one():
+    """So that `synth short.toml` films it."""
+    page = ROOT / "docs" / "ground-truth.md"
+    (scene,) = [block.text for block in blocks_of(page) if block.language == "toml"]
+    shipped = (ROOT / "assets" / "scenes" / "short.toml").read_text("utf-8")
+    assert tomllib.loads(scene) == tomllib.loads(shipped)
 
 
 def test_no_block_is_overlooked():
@@ -65,8 +111,8 @@ def test_no_block_is_overlooked():
     [
         ("sh", "abs-engine doctor --no-such-option\n", "no option '--no-such-option'"),
         ("sh", "# Takes long\nabs-engine train\n", "missing argument"),
+        ("sh", "abs-engine live --delay\n", "'--delay' requires"),
         ("sh", "# Takes long\nabs-engine track talk.mp4 -o r --terms color\n", "did you mean"),
-        ("sh", "# Takes long\npython tests/no_such.py\n", "there is no tests/no_such.py"),
         ("sh", "rm -r everything\n", "'rm' is not run here"),
         ("python", "import abs_engine\nabs_engine.no_such_name\n", "no_such_name"),
         ("toml", "a = \n", "Invalid value"),
@@ -75,14 +121,15 @@ def test_no_block_is_overlooked():
 )
 @pytest.mark.gl
 def test_a_block_that_fails_is_named(
-    language, text, said, reader, folder, tmp_path_factory, monkeypatch
+    language, text, said, reader, tmp_path, tmp_path_factory, monkeypatch
 ):
+    reader.provide(tmp_path, TRACK)
     number = 2 if text.startswith("# Takes") else 1
     page = tmp_path_factory.mktemp("page") / "page.md"
     page.write_text(f"# Page\n\n```{language}\n{text}```\n", encoding="utf-8")
     monkeypatch.setattr("pages.ROOT", page.parent)
     with pytest.raises(PageError) as caught:
-        reader.follow(page, folder)
+        reader.follow(page, tmp_path)
     assert re.match(rf"page\.md:{3 + number}: ", str(caught.value))
     assert said in str(caught.value)
 
@@ -97,6 +144,20 @@ def test_commands_named_in_the_text_are_those_of_the_program():
             known = {"--help", *(name for param in command.params for name in param.opts)}
             given = {word.strip("[]") for word in words if re.match(r"\[?-", word)}
             assert given <= set(known), f"{page.name}: {found}"
+
+
+def test_every_option_is_named_on_a_page_about_its_command():
+    """Those of all commands apart, and `-o`, which the blocks have."""
+    pages = [page.read_text("utf-8") for page in PAGES if page != MEASURED]
+    lacking = []
+    for name in PROGRAM.list_commands(None):
+        about = "\n".join(text for text in pages if re.search(rf"(?:abs-engine |`){name}\b", text))
+        for param in PROGRAM.get_command(None, name).params:
+            if isinstance(param, click.Option) and not param.hidden:
+                found = (rf"(?<![\w-]){re.escape(option)}(?![\w-])" for option in param.opts)
+                if not any(re.search(pattern, about) for pattern in found):
+                    lacking.append((name, param.opts[-1]))
+    assert lacking == []
 
 
 def test_every_script_that_measures_is_there():
@@ -200,9 +261,8 @@ def _documented(heading: str) -> set[str]:
 
 @pytest.mark.slow
 @pytest.mark.gl
-def test_the_page_on_runs_names_what_a_run_holds(reader, folder):
-    reader.follow(ROOT / "docs" / "track.md", folder)
-    run = folder / "tracked"
+def test_the_page_on_runs_names_what_a_run_holds(followed):
+    run = followed(TRACK) / "tracked"
     optional = {"recording.mkv", "smoothed.csv"}  # of live, and of --smooth
     assert {path.name for path in run.iterdir()} == _documented("Files") - optional
     with (run / "results.csv").open(encoding="utf-8") as file:

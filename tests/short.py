@@ -1,0 +1,55 @@
+"""Commands that do less than a reader's do, in tests of how they are called."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import distributed
+import pytest
+from hurried import hurried
+
+from abs_engine.clips import worker
+from abs_engine.evaluate import bench_clip
+from abs_engine.learn import articulatory, further, posture_space
+from abs_engine.learn.settings import LEARNING
+from abs_engine.tracking import rendered_landmarks, speaker_learning
+from abs_engine.tracking.settings.preparation import PREPARATION
+
+FEW = 4
+"""Frames that a speaker's face is learned from."""
+LEARN_SPEAKER = speaker_learning.learn_speaker
+
+
+class Threads(distributed.LocalCluster):
+    """Workers in this process, which has loaded and compiled all that they need."""
+
+    def __init__(self, **given: object) -> None:
+        super().__init__(**given | {"processes": False})
+
+
+def learn_once(recordings: Any, renderer: Any, options: Any, _rounds: int, tell: Any) -> Any:
+    """A speaker's face after one round."""
+    return LEARN_SPEAKER(recordings, renderer, options, 1, tell)
+
+
+@contextmanager
+def short() -> Iterator[None]:
+    """Few frames are learned from, and what is repeated is done once."""
+    learning = replace(LEARNING, least_frames=FEW)
+    with hurried(frames=2, rounds=1), pytest.MonkeyPatch.context() as patch:
+        for module in (posture_space, speaker_learning):
+            patch.setattr(module, "LEARNING", learning)
+        preparation = replace(PREPARATION, speaker_most=FEW, speaker_turned=2)
+        patch.setattr(speaker_learning, "PREPARATION", preparation)
+        patch.setattr(speaker_learning, "learn_speaker", learn_once)
+        patch.setattr(further, "train_further", partial(further.train_further, rounds=1))
+        patch.setattr(rendered_landmarks, "PITCHES", (0.0,))
+        patch.setattr(articulatory, "MOST_BUILT", 5)
+        patch.setattr(bench_clip, "TURNS", 1)
+        patch.setattr(distributed, "LocalCluster", Threads)
+        patch.setattr(worker, "keep_to_one_core", lambda: None)
+        yield
