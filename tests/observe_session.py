@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from observed import (
+    FINER,
     NAMES,
     SKULL,
     before_cameras,
@@ -74,6 +75,8 @@ class Session:
         Of the videos; 0 is lossless.
     noise : float
         Grey values.
+    finer : int
+        Than the speaker's texels; 1, which is quicker, if the dots of the skull do not matter.
     """
 
     def __init__(
@@ -83,8 +86,9 @@ class Session:
         mirror: bool = False,
         crf: int = 0,
         noise: float = 2.0,
+        finer: int = FINER,
     ) -> None:
-        self.folder, self.units, head = folder, units, dotted_head()
+        self.folder, self.units, head = folder, units, dotted_head(finer=finer)
         if mirror:
             camera, glass, start = mirror_room()
             places = (Pose(np.eye(3), np.zeros(3)),)

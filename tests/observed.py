@@ -27,7 +27,7 @@ _NEAR = ((74.0, 13.0, 13.0), (75.0, -1.0, 10.0), (-23.0, 107.0, 82.0), (23.0, 10
 """mm, head frame: where a dot of the skull is looked for."""
 _STILL, _RADIUS, _FINE = 0.35, 0.8, 2.0
 """mm that a face unit may move a dot of the skull; its radius, mm; pixels drawn for one."""
-_FINER = 2
+FINER = 2
 """The speaker's texels are up to 0.8 mm wide on the ear, too coarse for a dot."""
 
 
@@ -50,12 +50,12 @@ class DottedHead:
 
 
 @lru_cache(maxsize=1)
-def dotted_head(base: str = "clara") -> DottedHead:
+def dotted_head(base: str = "clara", finer: int = FINER) -> DottedHead:
     speaker, person = load_speaker(), Person("dotted", base, beads="lips17")
     rest = speaker.named(base)
     vertices = np.concatenate([dots(speaker, person).vertices, _skull(speaker, rest)])
     texture = paint(speaker, person)
-    fine = _FINER * texture.shape[0]
+    fine = finer * texture.shape[0]
     chart = chart_of(speaker, fine)
     colour = chart.lift(cv2.resize(texture, (fine, fine), interpolation=cv2.INTER_CUBIC))
     place = np.einsum("tk,tkc->tc", chart.weights, rest[speaker.faces[chart.face]])

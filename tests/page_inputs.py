@@ -88,7 +88,7 @@ def other_heads(folder: Path) -> None:
 
 def marked_dots(folder: Path) -> None:
     """A head with dots before two calibrated cameras, and where the dots are in frame 0."""
-    session = Session(folder, authored(2))
+    session = Session(folder, authored(2), finer=1)
     for side, film, place in zip(("left", "right"), session.videos, session.places, strict=True):
         film.rename(folder / f"{side}.mp4")
         file = camera_json(session.camera, [place.rotation_vector], [place.translation])
