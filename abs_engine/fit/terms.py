@@ -240,7 +240,12 @@ def _bound(name: str, bind: Bind, face: Face, view: View) -> Term:
 
 
 def check_leaves(
-    name: str, has: Sequence[str] | None, kinds: Mapping[str, TermKind], driver: Driver, chosen: str
+    name: str,
+    has: Sequence[str] | None,
+    kinds: Mapping[str, TermKind],
+    driver: Driver,
+    chosen: str,
+    others: bool = True,
 ) -> None:
     """Refuse what does not go together, before anything slow is done.
 
@@ -254,6 +259,8 @@ def check_leaves(
     driver : Driver
     chosen : str
         Its name.
+    others : bool
+        Whether another model may track the same video; else none is advised.
 
     Raises
     ------
@@ -263,9 +270,9 @@ def check_leaves(
     """
     for kind in kinds.values():
         if has is not None and kind.learned and kind.name not in has:
+            other = f"{kind.remedy}, else" if kind.remedy and others else "use"
             raise ParameterError(
-                f"the model '{name}' has no {kind.what} to compare",
-                f"{kind.remedy}, else --terms {has[0]}" if kind.remedy else f"use --terms {has[0]}",
+                f"the model '{name}' has no {kind.what} to compare", f"{other} --terms {has[0]}"
             )
         if kind.beside and kind.beside not in kinds:
             raise ParameterError(

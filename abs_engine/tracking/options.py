@@ -202,7 +202,8 @@ class Leaves:
 
         What a plugin's model has an appearance for is not known before it has made one.
         """
-        check_leaves(model, COMPARED.get(model), self.kinds, self.driver, self.name)
+        has, others = COMPARED.get(model), model != "worn"  # no other model tracks a close-up
+        check_leaves(model, has, self.kinds, self.driver, self.name, others)
 
 
 @dataclass(frozen=True, eq=False)
