@@ -239,10 +239,9 @@ def head_setting(
     )
     own = LandmarkMotion(shape, fitted.textured, choice, tuple(found), fitted.light, given)
     motion = ShiftedMotion(own, no_correction(), model.pivot)
-    look = fitted.look
     return ClipSetting(
         face, clip.camera, renderer, clip.info.rate, motion, binder, leaves.driver.minimiser(),
-        None if look is None else ByLook(classes, look), clip.info.times,
+        ByLook(classes, fitted.look, fitted.place), clip.info.times,
         NO_FACE if given is None else NO_POSE, landmarks=marks,
     )  # fmt: skip
 

@@ -133,6 +133,7 @@ def fit_frame(
     camera: Camera,
     start: FrameLandmarks | None = None,
     held: HeldPose | None = None,
+    trust: FloatArray | None = None,
 ) -> FrameLandmarks:
     """Pose and posture of a known person by the landmarks of a frame.
 
@@ -147,9 +148,11 @@ def fit_frame(
     held : HeldPose, optional
         What else tells of the pose, these landmarks among it: the pose stays there. It is part
         of the result's information.
+    trust : (468,) float64, optional
+        Weight of each landmark, 0 to 1; by default all are trusted.
     """
     with one_thread():
-        seen = SeenRays.of(landmarks, camera)
+        seen = SeenRays.of(landmarks, camera, trust)
         pose = looking_ahead(shape, seen) if start is None else start.pose
         posture = np.zeros(len(shape.posture)) if start is None else start.posture
         if held is not None:
@@ -218,7 +221,7 @@ def _normal(shape: LandmarkShape, seen: SeenRays, pose: Pose, posture: FloatArra
     misfit = weighed_residuals(
         shape.mean, shape.posture, shape.normals, posture,
         np.column_stack([pose.rotation, pose.translation]), pose.apply(shape.pivot), seen.rays,
-        seen.depth, seen.axes, shape.bias, shape.deviation, _TOGETHER, _STRAY, _FLAT,
+        seen.depth, seen.axes, seen.trust, shape.bias, shape.deviation, _TOGETHER, _STRAY, _FLAT,
         LANDMARK_EVIDENCE.hidden, LANDMARK_EVIDENCE.guessed, residual, flat,
     )  # fmt: skip
     return _Normal(flat @ flat.T, flat @ residual.ravel(), float(misfit))

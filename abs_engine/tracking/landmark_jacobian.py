@@ -92,8 +92,8 @@ def _place(points, modes, posture, motion):
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def weighed_residuals(
-    mean, modes, normals, posture, motion, pivot, rays, sunk, axes, bias, deviation, together,
-    stray, flat, hidden, guessed, residual, out,
+    mean, modes, normals, posture, motion, pivot, rays, sunk, axes, trusted, bias, deviation,
+    together, stray, flat, hidden, guessed, residual, out,
 ):  # fmt: skip
     """Landmarks off where they are seen, and their motion, both times the root of their trust.
 
@@ -103,7 +103,7 @@ def weighed_residuals(
     motion : (3, 4)
         Head to camera.
     pivot : (3,), camera frame
-    rays, sunk, axes, bias : (N, 2), (N,), (2, 2), (N, 2)
+    rays, sunk, axes, trusted, bias : (N, 2), (N,), (2, 2), (N,), (N, 2)
         What is seen; see `landmark_rays` and `LandmarkShape`.
     deviation : (N, 3)
     together, stray : (N,)
@@ -141,7 +141,7 @@ def weighed_residuals(
             for b in range(3):
                 facing -= rotation[a, b] * normals[n, b] * there[n, a]
         facing = (facing / np.sqrt(x * x + y * y + z * z) - hidden) / (1.0 - hidden)
-        trust = min(max(facing, guessed), 1.0) / (1.0 + away / stray[n] ** 2)
+        trust = trusted[n] * min(max(facing, guessed), 1.0) / (1.0 + away / stray[n] ** 2)
         root = np.sqrt(trust / together[n])
         if flat[n]:
             residual[n, 2] = 0.0

@@ -14,15 +14,29 @@ from abs_engine.tracking.landmarks import Landmarks
 
 @dataclass(frozen=True, eq=False)
 class SeenRays:
-    """Landmarks as rays (468, 2) at depth 1, their depth in pixels, and the face's axes."""
+    """Landmarks as rays of a camera.
+
+    Parameters
+    ----------
+    rays : (468, 2) float64
+        At depth 1.
+    depth : (468,) float64
+        Over the focal length.
+    axes : (2, 2) float64
+        Of the face, see `Landmarks.axes`.
+    trust : (468,) float64
+        Weight of each, 0 to 1.
+    """
 
     rays: FloatArray
     depth: FloatArray
     axes: FloatArray
+    trust: FloatArray
 
     @classmethod
-    def of(cls, landmarks: Landmarks, camera: Camera) -> SeenRays:
-        """The rays of landmarks in a camera's picture."""
+    def of(cls, landmarks: Landmarks, camera: Camera, trust: FloatArray | None = None) -> SeenRays:
+        """The rays of landmarks in a camera's picture; by default all are trusted."""
         flat = cv2.undistortPoints(landmarks.pixels[:, None], camera.matrix, camera.distortion)
         depth = landmarks.points[:, 2] / camera.matrix[0, 0]
-        return cls(np.asarray(flat[:, 0], np.float64), depth, np.stack(landmarks.axes))
+        weights = np.ones(len(depth)) if trust is None else trust
+        return cls(np.asarray(flat[:, 0], np.float64), depth, np.stack(landmarks.axes), weights)

@@ -12,7 +12,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates
 from abs_engine.tracking.landmark_shape import LandmarkShape
-from abs_engine.tracking.landmarks import LIPS, Landmarks
+from abs_engine.tracking.landmarks import LIPS, OUTER_RING, Landmarks
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +47,13 @@ class LipLandmarks:
         more = np.zeros((0, len(LIPS), 3)) if person is None else person[:, LIPS]
         moves = np.concatenate([shape.posture[:modes, LIPS], more])
         return cls(shape.mean[LIPS], moves, shape.deviation[LIPS, :2], shape.bias[LIPS], camera)
+
+    def in_picture(self, pose: Pose, posture: FloatArray) -> float:
+        """Share of the lips' outer edge that lies in the picture in a pose and posture (P,)."""
+        edge, modes = (part[..., : len(OUTER_RING), :] for part in (self.mean, self.modes))
+        there = self.camera.project(pose.apply(edge + np.tensordot(posture, modes, 1)))
+        inside = (there > -0.5) & (there < np.array(self.camera.size) - 0.5)
+        return float(inside.all(axis=1).mean())
 
     def apart(self, seen: Landmarks, pose: Pose, posture: FloatArray) -> tuple[float, float]:
         """RMS distance of lips in a pose and posture (P,) from those seen.

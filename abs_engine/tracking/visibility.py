@@ -1,4 +1,4 @@
-"""Visibility of the mouth: by its look where landmarks put it, or by its blob."""
+"""Visibility of the mouth: by its place and look by landmarks, or by its blob."""
 
 from __future__ import annotations
 
@@ -16,22 +16,38 @@ from abs_engine.tracking.blob_visibility import (
     UsualMouth,
     mouth_evidence,
 )
+from abs_engine.tracking.cut_faces import MouthInPicture
 from abs_engine.tracking.frame_state import HeadFrame
 from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
 
 
 @dataclass(frozen=True, eq=False)
 class ByLook:
-    """By the colours within and around the lips where landmarks put them."""
+    """By the colours within and around the lips where landmarks put them, and by their place.
+
+    Parameters
+    ----------
+    classes : ColourClasses
+    usual : UsualLook or None
+        Without it no mouth counts as covered.
+    place : MouthInPicture, optional
+        Of the person; without it only the landmarks of lips say whether they are in the picture.
+    """
 
     classes: ColourClasses
-    usual: UsualLook
+    usual: UsualLook | None
+    place: MouthInPicture | None = None
 
     def hidden(self, frame: HeadFrame, _pose: Pose) -> str:
         """Reason why the mouth cannot be seen; empty where it can."""
         if frame.face is None:
             return ""
-        look = MouthLook.of(self.classes, frame.in_usual_light, frame.face.landmarks)
+        seen, fit = frame.face.landmarks, frame.face.fit
+        if self.place is not None and not self.place.whole(seen, fit):
+            return OUTSIDE
+        if self.usual is None:
+            return ""
+        look = MouthLook.of(self.classes, frame.in_usual_light, seen)
         if look is None:
             return OUTSIDE
         return COVERED if self.usual.hidden(look) else ""
