@@ -23,6 +23,7 @@ from abs_engine.learn.heads.table import EYES_MM
 from abs_engine.tracking import beforehand, landmark_jacobian
 from abs_engine.tracking.blob_start import by_blobs, mouth_model, physics_expression
 from abs_engine.tracking.clip_setting import NO_FACE, NO_POSE, ClipSetting
+from abs_engine.tracking.cut_faces import shows_eyes
 from abs_engine.tracking.expected_person import anybody
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size
@@ -47,6 +48,7 @@ from abs_engine.tracking.own_shading import shaded_person
 from abs_engine.tracking.person_fit import FittedPerson, fit_person
 from abs_engine.tracking.plugin_trial import Trial
 from abs_engine.tracking.rendered_landmarks import sightings_of
+from abs_engine.tracking.run_warnings import no_eyes
 from abs_engine.tracking.scale import Scale, known_scale, pupil_distance, pupil_scale
 from abs_engine.tracking.shifted_motion import ShiftedMotion
 from abs_engine.tracking.turned_faces import faces_any_way_up
@@ -193,6 +195,10 @@ def by_landmarks(
     poses = None if given is None else given.aligned(fitted, numbered)
     first = clip.first(follower.found)
     setting = head_setting(clip, fitted, renderer, options, leaves, choice, first, face, poses)
+    eyes = [shows_eyes(marks, clip.info.size) for _, marks in turned]
+    if not known and 2 * sum(eyes) < len(eyes):
+        scale = scale.without_eyes
+        setting = replace(setting, warnings=(no_eyes(scale.uncertainty),))
     facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, scale, follower.remarks(), facts)
 

@@ -63,6 +63,10 @@ CLOSE_UP = (
     "the face reaches far beyond the picture: a close-up of the mouth, by a camera that is worn, "
     "is for --worn"
 )
+NO_EYES = (
+    "the eyes are outside of the picture: how large the head is follows from the rest of the face, "
+    "and all lengths may be off by {:.0%}; film the whole face"
+)
 ALL_CLOSED = (
     "the lips are closed in all {} that were tracked: if the person speaks there, look at the "
     "overlay before you use it"
@@ -79,6 +83,11 @@ def other_head(misfit: float) -> tuple[str, ...]:
     """
     most = FRAME_LOOP.most_speaker_misfit
     return (OTHER_HEAD.format(misfit, most),) if misfit > most else ()
+
+
+def no_eyes(uncertainty: float) -> str:
+    """Warning that the scale was found without the eyes, and its standard deviation, a share."""
+    return NO_EYES.format(uncertainty)
 
 
 def reasons_lost(found: NDArray[np.bool_], status: NDArray[np.str_]) -> dict[str, int]:

@@ -6,8 +6,9 @@ to a common factor. What sets it is the distance of the pupils, given or usual.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,11 @@ class Scale:
     def held(self) -> float:
         """Standard deviation, mm, of the pupils' distance while a head is fitted."""
         return HEAD_POSE.given_held if self.source == _GIVEN else HEAD_POSE.scale_held
+
+    @property
+    def without_eyes(self) -> Scale:
+        """The same of a head whose eyes were not seen: pupils say nothing of the rest of it."""
+        return replace(self, uncertainty=math.hypot(self.uncertainty, HEAD_POSE.eyes_unseen))
 
 
 def pupil_scale(given: float | None) -> Scale:

@@ -12,6 +12,7 @@ from heads import seen_at
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.tracking.pupils import pupils_of
+from abs_engine.tracking.run_warnings import no_eyes
 from abs_engine.tracking.scale import (
     PUPILS_SPREAD,
     USUAL_PUPILS,
@@ -36,6 +37,15 @@ def test_the_usual_one_says_how_far_people_differ():
     assert found.pupils == USUAL_PUPILS
     assert found.uncertainty == pytest.approx(PUPILS_SPREAD / USUAL_PUPILS)
     assert 0.05 < found.uncertainty < 0.07
+
+
+@pytest.mark.parametrize("given", [None, 58.0])
+def test_without_eyes_it_is_less_sure_and_the_pupils_stay(given):
+    scale = pupil_scale(given)
+    unseen = scale.without_eyes
+    assert (unseen.source, unseen.pupils, unseen.held) == (scale.source, scale.pupils, scale.held)
+    assert unseen.uncertainty > scale.uncertainty + 0.03
+    assert no_eyes(unseen.uncertainty).count(f"{unseen.uncertainty:.0%}") == 1
 
 
 @pytest.mark.parametrize("given", [5.0, 29.9, 90.1, -60.0, 6.3, np.nan, np.inf])
