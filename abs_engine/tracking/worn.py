@@ -42,13 +42,17 @@ from abs_engine.tracking.options import (
 from abs_engine.tracking.scale import pupil_distance, pupil_scale
 from abs_engine.tracking.settings.worn import CLOSE_UP
 from abs_engine.tracking.worn_fit import WornHead
-from abs_engine.tracking.worn_place import find_mouth
+from abs_engine.tracking.worn_place import find_mouth, unsettled
 
 FORMAT, VERSION = "abs_engine.worn_mouths", 1
 _WHOLE = "these frames show whole faces, which are followed better without --worn"
 _UNLEARNED = (
     "without a model openings are often far too small, and lips may come out closed throughout: "
     "label frames, learn a model with 'mouths', and give it with --model"
+)
+_NO_MOUTH = (
+    "no mouth is seen for sure: looked for from several places, it is found elsewhere each time; "
+    "if none is in the picture, or a part alone, the lips are invented: look at the overlay"
 )
 _LAYERS = 3
 _LAYOUT: Layout = {
@@ -117,6 +121,8 @@ def prepare_worn(
     warnings = [] if options.model_file is not None else [_UNLEARNED]
     if options.mouth is None and _whole_faces(images):
         warnings.append(_WHOLE)
+    elif not _settles(images):
+        warnings.append(_NO_MOUTH)
     setting = replace(made.setting, warnings=tuple(warnings))
     return replace(made, setting=setting, remarks="\n".join(warnings))
 
@@ -172,6 +178,12 @@ def _whole_faces(images: list[Image]) -> bool:
     faces = [(find_face(image), min(image.shape[:2])) for image in images]
     small = [f is not None and f.size < CLOSE_UP.whole_face * side for f, side in faces]
     return bool(np.mean(small) > 0.5)
+
+
+def _settles(images: list[Image]) -> bool:
+    """Whether most frames show a mouth, as far as the landmark network can say."""
+    places = np.linspace(0, len(images) - 1, min(CLOSE_UP.asked, len(images))).round().astype(int)
+    return unsettled([images[k] for k in np.unique(places)]) <= CLOSE_UP.most_unsettled
 
 
 def _spread(clip: Clip) -> list[Image]:

@@ -44,6 +44,26 @@ def mouth_points(image: Image, spot: MouthSpot | None = None) -> FloatArray:
     return points
 
 
+def unsettled(images: Sequence[Image]) -> float:
+    """Standard deviation of the logarithm of a mouth's width by where it is first looked for.
+
+    The network sees a mouth in anything. Where there is one, each look ends at it, wherever it
+    began; elsewhere they end here and there. That of the median frame; infinite where it sees none.
+    """
+    return float(np.median([_spread_of_widths(image) for image in images]))
+
+
+def _spread_of_widths(image: Image) -> float:
+    height, width = image.shape[:2]
+    widths = []
+    for right, down, factor in CLOSE_UP.starts:
+        x, y = (0.5 + right) * (width - 1), (0.5 + down) * (height - 1)
+        points = mouth_points(image, MouthSpot(x, y, factor * CLOSE_UP.first_width * width))
+        widths.append(float(np.linalg.norm(points[1] - points[0])))
+    sound = np.isfinite(widths).all() and min(widths) > 0
+    return float(np.std(np.log(widths))) if sound else float("inf")
+
+
 def find_mouth(images: Sequence[Image]) -> tuple[MouthSpot, list[FloatArray]]:
     """Place of the mouth in several frames of a clip, and points (8, 2) of it in each."""
     first = [mouth_points(image) for image in images]

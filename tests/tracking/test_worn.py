@@ -26,9 +26,10 @@ from abs_engine.learn.opening import (
 )
 from abs_engine.tracking.initial_pose import with_mouth_at
 from abs_engine.tracking.record import load_run
+from abs_engine.tracking.settings.worn import CLOSE_UP
 from abs_engine.tracking.worn import _whole_faces, load_looks
 from abs_engine.tracking.worn_labels import COLUMNS, read_mouths
-from abs_engine.tracking.worn_place import find_mouth
+from abs_engine.tracking.worn_place import find_mouth, unsettled
 
 CAMERA = Camera.ideal((160, 120))
 POSE = with_mouth_at(
@@ -62,6 +63,17 @@ def test_a_picture_of_a_whole_face_is_no_close_up():
     near = close_up("walter", 0.2)
     assert _whole_faces([whole, whole, near])
     assert not _whole_faces([near, near, whole])
+
+
+def test_looks_from_several_places_end_at_a_mouth_and_elsewhere_without_one():
+    rng = np.random.default_rng(0)
+    noise = [rng.integers(0, 255, (120, 160, 3), dtype=np.uint8) for _ in range(3)]
+    wall = np.clip(rng.normal(170, 4, (3, 120, 160, 1)) + np.zeros(3), 0, 255).astype(np.uint8)
+    mouths = [close_up("walter", amount) for amount in (0.0, 0.1, 0.3)]
+    assert unsettled(mouths) < CLOSE_UP.most_unsettled
+    assert unsettled(noise) > CLOSE_UP.most_unsettled
+    assert unsettled(list(wall)) > CLOSE_UP.most_unsettled
+    assert unsettled([np.zeros((8, 8, 3), np.uint8)]) > CLOSE_UP.most_unsettled
 
 
 def write_clip(path, person: str, amounts) -> None:

@@ -32,6 +32,17 @@ class WornSettings:
         That the mouth is taken to have at first. Not measured.
     looks : int
         At each frame, each where the one before put the mouth. Not measured.
+    starts : tuple of tuple of float, shares of the picture and of the usual width
+        Right and down from the picture's middle, and how wide: where a mouth is looked for first,
+        to see whether there is one. Not measured.
+    asked : int, frames
+        In which that is done. Not measured.
+    most_unsettled : float, standard deviation of the logarithm of the mouth's width
+        Up to which there is one. Chosen on close-ups cut from p01 to p08 of the strangers' clips:
+        at most 0.008 with two widths of the mouth and more in the picture; of their eyes and hair
+        0.079 and more, but once (0.012). Measured on 24 worn cameras, at most 0.015, and on p09 to
+        p16, at most 0.009, and 0.065 and more. Where little more than the mouth is in the picture,
+        four of 15 mouths have 0.2 to 0.3.
     """
 
     whole_face: float = 0.8
@@ -44,6 +55,17 @@ class WornSettings:
     below: float = 0.27
     first_width: float = 0.43
     looks: int = 3
+    starts: tuple[tuple[float, float, float], ...] = (
+        (0.0, 0.0, 1.0),
+        (-0.12, 0.0, 1.0),
+        (0.12, 0.0, 1.0),
+        (0.0, -0.12, 1.0),
+        (0.0, 0.12, 1.0),
+        (0.0, 0.0, 0.75),
+        (0.0, 0.0, 1.3),
+    )
+    asked: int = 4
+    most_unsettled: float = 0.04
 
 
 CLOSE_UP = WornSettings()
