@@ -79,6 +79,6 @@ def shows_eyes(landmarks: Landmarks, size: Size) -> bool:
 
 
 def _inside(landmarks: Landmarks, size: Size) -> list[FloatArray]:
-    """How far within each of the picture's borders the landmarks (468,) lie, px."""
+    """Distances of the landmarks (468,) inwards from each of the picture's borders, px."""
     pixels = landmarks.pixels
     return [*(pixels + 0.5).T, *(np.array(size) - 0.5 - pixels).T]
