@@ -29,6 +29,8 @@ NO_FACE, NO_POSE = "face not found", "no pose given"
 UNLIKE, UNEXPLAINED = "no lips where the face is", "the picture is not explained"
 """Status of a frame whose fit is not accepted: too little of what is drawn as lips is lips; too
 little of all that is compared is explained."""
+GREY = "no colour: landmarks alone"
+"""Status of a frame without colour in a clip that has it."""
 FRAME_SOLVER: Minimiser = SIMPLEX.minimiser()
 
 

@@ -59,6 +59,8 @@ class HeadFrame(NamedTuple):
         The evidence, where it was bound ahead of the fit.
     cut : bool
         Whether it begins another shot; False where cuts are not looked for.
+    grey : bool
+        Whether it has no colour, while the clip has.
     """
 
     image: Image
@@ -68,6 +70,7 @@ class HeadFrame(NamedTuple):
     balanced: Image | None = None
     terms: Mapping[str, Term] | None = None
     cut: bool = False
+    grey: bool = False
 
     @property
     def in_usual_light(self) -> Image:

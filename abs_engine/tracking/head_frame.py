@@ -26,7 +26,7 @@ from abs_engine.fit.seal import Seal
 from abs_engine.fit.terms import COLOUR, TermKind, Weighted, bound
 from abs_engine.fit.view import View
 from abs_engine.io.assets import CLOSED_APERTURE
-from abs_engine.tracking.clip_setting import Work
+from abs_engine.tracking.clip_setting import GREY, Work
 from abs_engine.tracking.frame_state import HeadFrame, Memory
 from abs_engine.tracking.identity_fit import POSE_DEVIATION
 from abs_engine.tracking.mouth_landmarks import RENDERING, MouthLandmarks
@@ -88,7 +88,10 @@ class HeadBinder:
         base, marks = PoseFrame(pose, model.pivot), self.landmarks
         told, terms = marks.told(frame), frame.terms
         priors = self._priors(last, memory.gap, thick=told is not None)
-        if terms is None:
+        grey = COLOUR.name in self.kinds and marks.alone(frame)
+        if grey:
+            terms = {}
+        elif terms is None:
             start = next((x for x in (told, last) if x is not None), at_base(model.prototypes[0]))
             terms = self._terms(frame, base, told, start)
         beside = () if frame.face is None else marks.beside(frame, self.classes.outdoing)
@@ -97,7 +100,7 @@ class HeadBinder:
         # Beside both, a usual posture was best in 1 of 430 frames, and led nowhere else
         usual = at_base(model.prototypes[: 0 if len(known) == 2 else None])
         starts = np.vstack([*known, usual])
-        said = marks.marked(frame, self._problem(base, {}, priors))
+        said = marks.marked(frame, self._problem(base, {}, priors), GREY if grey else "")
         return Work(problem, starts, partial(explained, terms), said, seal=self._seal)
 
     def ahead(self, frame: HeadFrame, pose: Pose) -> Mapping[str, Term] | None:

@@ -14,6 +14,7 @@ from abs_engine.core.foreign import own
 from abs_engine.core.pose import no_correction
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import meanwhile
+from abs_engine.face.appearance.colourless import grey_below, is_grey
 from abs_engine.face.base import Face
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.fit.shading import NAME as SHADED
@@ -184,7 +185,9 @@ def by_landmarks(
     follower = FaceFollower(choice)
     with meanwhile(_average, speaker, correspondence, scale, expression, known) as average:
         numbered = candidate_frames(_numbered(clip, follower), str(clip.video))
-    seen = [(image, marks) for image, (_, marks) in numbered]
+    looked = [(image, marks) for image, (_, marks) in numbered]
+    grey = grey_below([(image, marks.pixels) for image, marks in looked])
+    seen = [(image, marks) for image, marks in looked if not is_grey(image, marks.pixels, grey)]
     chosen = [seen[k] for k in spread_over(np.array([marks.openness for _, marks in seen]))]
     turned = [seen[k] for k in turned_apart([marks for _, marks in seen], len(chosen))]
     tell("fitting the head")
@@ -192,6 +195,7 @@ def by_landmarks(
     face = None
     if SHADED in leaves.kinds:
         face = shaded_person(fitted, chosen, clip.camera, renderer)
+    fitted = replace(fitted, grey_below=grey)
     poses = None if given is None else given.aligned(fitted, numbered)
     first = clip.first(follower.found)
     setting = head_setting(clip, fitted, renderer, options, leaves, choice, first, face, poses)
@@ -243,7 +247,9 @@ def head_setting(
         steps=fitted.steps,
         seen=fitted.seen,
     )
-    own = LandmarkMotion(shape, fitted.textured, choice, tuple(found), fitted.light, given)
+    own = LandmarkMotion(
+        shape, fitted.textured, choice, tuple(found), fitted.light, given, fitted.grey_below
+    )
     motion = ShiftedMotion(own, no_correction(), model.pivot)
     return ClipSetting(
         face, clip.camera, renderer, clip.info.rate, motion, binder, leaves.driver.minimiser(),

@@ -12,6 +12,7 @@ import numpy as np
 from abs_engine.core.arrays import Image
 from abs_engine.core.geometry import Pose
 from abs_engine.core.threads import workers
+from abs_engine.face.appearance.colourless import is_grey
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
 from abs_engine.tracking.frame_state import HeadFrame, Memory, SeenFace
@@ -40,6 +41,8 @@ class LandmarkMotion:
     given : GivenMotion, optional
         The head's poses, which are taken as they are; a frame in which no face is seen, or not in
         its pose, has the pose alone.
+    grey_below : float, levels of 255
+        Spread of a face's chroma below which a frame has no colour; 0 where none is asked.
     """
 
     shape: LandmarkShape
@@ -48,6 +51,7 @@ class LandmarkMotion:
     known: tuple[Landmarks | None, ...] = ()
     light: SkinLight | None = None
     given: GivenMotion | None = None
+    grey_below: float = 0.0
 
     @property
     def alone(self) -> bool:
@@ -77,7 +81,8 @@ class LandmarkFollower:
             return HeadFrame(image, given, cut=cut)
         lit = None if motion.light is None else motion.light.balanced(image, seen)
         face = SeenFace(seen, self._last)
-        return HeadFrame(image, self._last.pose, face, balanced=lit, cut=cut)
+        grey = is_grey(image, seen.pixels, motion.grey_below)
+        return HeadFrame(image, self._last.pose, face, balanced=lit, cut=cut, grey=grey)
 
     def _placed(
         self, image: Image, seen: Landmarks, last: FrameLandmarks | None, given: Pose | None

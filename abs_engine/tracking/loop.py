@@ -186,7 +186,9 @@ def _accepted(setting: ClipSetting, work: Work) -> Found | None:
     """
     marks = work.landmarks
     if marks is not None and marks.only:
-        return _minimised(setting, work, marks.told, alone=True)
+        alone = _minimised(setting, work, marks.told, alone=True)
+        why = marks.why or alone.best.status
+        return replace(alone, best=replace(alone.best, status=why))
     found = _searched(setting, work)
     if (
         marks is None

@@ -36,6 +36,8 @@ class Landmarked:
         Whether nothing else counts.
     decide : bool
         Whether a fit that lies off them is not accepted.
+    why : str
+        Why nothing else counts, as the frame's status says; empty where it was asked for.
     """
 
     alone: Problem
@@ -43,6 +45,7 @@ class Landmarked:
     apart: Callable[[Pose, FloatArray], tuple[float, float]] | None
     only: bool = False
     decide: bool = True
+    why: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +76,11 @@ class MouthLandmarks:
             return ()
         return (_less_sure(frame.face.fit.evidence(self.modes), factor),)
 
-    def marked(self, frame: HeadFrame, undrawn: Problem) -> Landmarked | None:
+    def alone(self, frame: HeadFrame) -> bool:
+        """Whether colours say nothing in a frame, and its landmarks count."""
+        return frame.grey and frame.face is not None and self.evidence != RENDERING
+
+    def marked(self, frame: HeadFrame, undrawn: Problem, why: str = "") -> Landmarked | None:
         """Evidence in the form that the loop needs.
 
         Parameters
@@ -81,14 +88,16 @@ class MouthLandmarks:
         frame : HeadFrame
         undrawn : Problem
             The frame by its priors alone.
+        why : str
+            Why nothing but landmarks counts in it; by default the rest does, too, if it was asked.
         """
         face, told = frame.face, self.told(frame)
         if face is None or told is None:
             return None
         priors = (*undrawn.priors, face.fit.evidence(self.modes))
         apart = None if self.lips is None else partial(self.lips.apart, face.landmarks)
-        only, decide = self.evidence == LANDMARKS, self.evidence == BOTH
-        return Landmarked(replace(undrawn, priors=priors), told, apart, only, decide)
+        only, decide = bool(why) or self.evidence == LANDMARKS, self.evidence == BOTH
+        return Landmarked(replace(undrawn, priors=priors), told, apart, only, decide, why)
 
 
 def _less_sure(told: InformationPrior, factor: float) -> InformationPrior:

@@ -56,6 +56,8 @@ class FittedPerson:
         How far each of them moves in 40 ms, standard deviations, where that was learned.
     seen : (K, P) float64 or None
         Postures that were seen of this person.
+    grey_below : float
+        See `LandmarkMotion`.
     """
 
     model: MouthModel
@@ -69,6 +71,7 @@ class FittedPerson:
     posture: ParamSpec | None = None
     steps: FloatArray | None = None
     seen: FloatArray | None = None
+    grey_below: float = 0.0
 
     @cached_property
     def face(self) -> Face:

@@ -22,6 +22,7 @@ from abs_engine.tracking.run_warnings import (
     mostly_lost,
     reasons_lost,
     small_mouth,
+    without_colour,
 )
 from abs_engine.tracking.shot_cuts import cut_line
 
@@ -47,7 +48,8 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
     little = little_explained(source.get("score_of", "colour"), score)
     lost = mostly_lost(found, arrays["status"])
     shut = all_closed(arrays["closed"][found], arrays["time"][found])
-    doubted = [*lost, *little, *shut, *landmarks.get("warnings", ())]
+    partly = without_colour(arrays["status"])
+    doubted = [*lost, *little, *shut, *partly, *landmarks.get("warnings", ())]
     hints = [setting.hint] if doubted and setting.hint else []
     warnings = [*setting.warnings, *shots, *small, *near, *doubted, *hints]
     work = arrays["evaluations"][found]
@@ -67,8 +69,9 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
 
 
 def _mean_score(scores: NDArray[np.float64]) -> float | None:
-    """Mean of the scores; None without any, or if no evidence can say how much it explains."""
-    return float(scores.mean()) if len(scores) and np.isfinite(scores).all() else None
+    """Mean of the scores that there are; None without any, as where no evidence can say."""
+    told = scores[np.isfinite(scores)]
+    return float(told.mean()) if len(told) else None
 
 
 def _score_of(terms: list[str], model: str) -> dict[str, str]:

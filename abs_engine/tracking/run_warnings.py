@@ -12,11 +12,16 @@ from numpy.typing import NDArray
 from abs_engine.core.words import counted, each_counted
 from abs_engine.face.appearance.colour import shows_lips
 from abs_engine.face.appearance.exposure import USUAL, Exposure
+from abs_engine.tracking.clip_setting import GREY
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 NO_COLOUR = (
     "the video has no colour: its classes rest on brightness alone, and the result is less exact; "
     "landmarks and the prior go on as usual"
+)
+SOME_GREY = (
+    "{} of {} have no colour, while the others do: there landmarks alone are reported, and the "
+    "result is less exact"
 )
 TOO_DARK = (
     "the face is too dark for its colours to be seen: classes rest on brightness alone, and the "
@@ -143,6 +148,12 @@ def all_closed(closed: NDArray[np.bool_], time: NDArray[np.float64]) -> list[str
     if not (len(closed) and closed.all() and np.ptp(time) > FRAME_LOOP.longest_closed):
         return []
     return [ALL_CLOSED.format(counted(len(closed), "frame"))]
+
+
+def without_colour(status: NDArray[np.str_]) -> list[str]:
+    """Warning that some frames (T,) have no colour, while the clip has, if some do."""
+    grey = int(np.count_nonzero(status == GREY))
+    return [SOME_GREY.format(grey, counted(len(status), "frame"))] if grey else []
 
 
 def small_mouth(width: float) -> list[str]:

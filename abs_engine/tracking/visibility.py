@@ -45,7 +45,7 @@ class ByLook:
         seen, fit = frame.face.landmarks, frame.face.fit
         if self.place is not None and not self.place.whole(seen, fit):
             return OUTSIDE
-        if self.usual is None:
+        if self.usual is None or frame.grey:
             return ""
         look = MouthLook.of(self.classes, frame.in_usual_light, seen)
         if look is None:

@@ -13,7 +13,7 @@ from test_colours_by_head import painted, places
 
 from abs_engine.face.appearance import colourless
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.face.appearance.colourless import chroma_spread, in_colour
+from abs_engine.face.appearance.colourless import chroma_spread, grey_below, in_colour, is_grey
 from abs_engine.face.appearance.colours_by_head import learn_placed
 from abs_engine.face.settings.colour import COLOURS
 from abs_engine.tracking.run_warnings import NO_COLOUR, doubts
@@ -51,6 +51,26 @@ def test_grey_and_tinted_pictures_have_no_colour(tint, noise):
     grey = coded(toned(image, tint, noise))
     assert chroma_spread(grey, outline) < COLOURS.least_spread
     assert not in_colour([(grey, outline)] * 3)
+
+
+def test_frames_that_lose_their_colour_are_known_in_a_clip_that_has_some():
+    image, outline = face()
+    grey = toned(image, noise=2.0)
+    for coloured in (3, 5, 10):
+        below = grey_below([(image, outline)] * coloured + [(grey, outline)] * (10 - coloured))
+        assert is_grey(grey, outline, below)
+        assert not is_grey(image, outline, below)
+        assert not is_grey(toned(image, colour=0.7), outline, below)
+        assert not is_grey(image, outline + 5000.0, below)  # what is not seen is not said to be
+
+
+def test_no_frame_is_grey_in_a_clip_without_colour():
+    image, outline = face()
+    grey = toned(image)
+    assert grey_below([(grey, outline)] * 4) == 0.0
+    assert grey_below([(grey, outline)] * 4 + [(image, outline)]) == 0.0
+    assert grey_below([]) == 0.0
+    assert not is_grey(grey, outline, 0.0)
 
 
 def test_people_are_in_colour():

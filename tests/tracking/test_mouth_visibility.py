@@ -13,10 +13,13 @@ from abs_engine.core.camera import Window
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colours_by_head import learn_placed
 from abs_engine.tracking import person_fit
+from abs_engine.tracking.blob_visibility import COVERED
+from abs_engine.tracking.frame_state import HeadFrame, SeenFace
 from abs_engine.tracking.landmarks import INNER_RING, OUTER_RING, Landmarks
 from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
 from abs_engine.tracking.person_fit import FittedPerson
+from abs_engine.tracking.visibility import ByLook
 
 PERSON = "clara"
 POSTURES = ({}, {"jawOpen": 0.15}, {"jawOpen": 0.35}, {"mouthPucker": 0.6, "jawOpen": 0.1})
@@ -105,6 +108,14 @@ def test_a_mouth_outside_of_the_picture_has_no_look():
     assert look(through_the_lower_lip, seen) is None
     most = image[: int(ring[:, 1].max()) - 1]
     assert look(most, seen) is not None
+
+
+def test_colours_do_not_hide_a_mouth_in_a_frame_without_any():
+    image, seen = clip()[1]
+    grey = np.repeat(image.mean(axis=2, keepdims=True).astype(np.uint8), 3, axis=2)
+    look_of, face = ByLook(colours(), usual()), SeenFace(seen, None)
+    assert look_of.hidden(HeadFrame(grey, None, face), None) == COVERED
+    assert look_of.hidden(HeadFrame(grey, None, face, grey=True), None) == ""
 
 
 def test_a_tiny_mouth_has_a_look():

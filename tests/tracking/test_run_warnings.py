@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from runs import lost_result
 
+from abs_engine.tracking.clip_setting import GREY
 from abs_engine.tracking.run import remark_lines
 from abs_engine.tracking.run_warnings import (
     all_closed,
@@ -18,6 +19,7 @@ from abs_engine.tracking.run_warnings import (
     mostly_lost,
     other_head,
     small_mouth,
+    without_colour,
 )
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
@@ -144,6 +146,13 @@ def test_most_frames_lost():
     (line,) = mostly_lost(found, status)
     assert line.startswith("only 4 of 10 frames were tracked (mouth covered in 6)")
     assert mostly_lost(~found, status) == mostly_lost(found[:0], status[:0]) == []
+
+
+def test_frames_that_lose_their_colour_are_counted():
+    status = np.array(["", GREY, "mouth covered", GREY])
+    (line,) = without_colour(status)
+    assert line.startswith("2 of 4 frames have no colour")
+    assert without_colour(status[[0, 2]]) == []
 
 
 def test_the_head_of_another_person():

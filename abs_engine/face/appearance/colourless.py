@@ -59,6 +59,26 @@ def chroma_spread(image: NDArray[np.uint8], outline: FloatArray) -> float | None
     return float(np.sqrt(np.square(away).sum(axis=0).mean()) / dim)
 
 
+def grey_below(faces: Sequence[tuple[NDArray[np.uint8], FloatArray]]) -> float:
+    """Spread of chroma below which a frame of a clip in colour has none, levels of 255.
+
+    By some of its frames with the face's outline; 0, so that no frame is, of a clip that has no
+    colour, or in too few of them.
+    """
+    spreads = [chroma_spread(image, outline) for image, outline in faces]
+    told = np.array([spread for spread in spreads if spread is not None])
+    coloured = told[told > COLOURS.least_spread]
+    if len(coloured) < max(1.0, COLOURS.least_coloured * len(told)):
+        return 0.0
+    return COLOURS.grey_share * float(np.median(coloured))
+
+
+def is_grey(image: NDArray[np.uint8], outline: FloatArray, below: float) -> bool:
+    """Whether a frame (H, W, 3) RGB has no colour in a clip that has, by `grey_below`."""
+    spread = chroma_spread(image, outline) if below > 0 else None
+    return spread is not None and spread < below
+
+
 def in_colour(faces: Sequence[tuple[NDArray[np.uint8], FloatArray]]) -> bool:
     """Whether a clip shows a face in colour, by some of its frames with the face's outline.
 

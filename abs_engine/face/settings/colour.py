@@ -183,6 +183,12 @@ class ColourSettings:
         p01 to p08 of the strangers' clips and GRID's 4.2 to 10; with their colour taken out 0, also
         with noise; tinted sepia 0.6 to 1.0, coded as coarsely as H.264 does at a quality of 32 1.0
         to 1.7, but 2.3 and 3.4 in p03, whose skin is burnt out.
+    least_coloured : float, share of the frames
+        With colour, from which on those without are left out as colours are learned. Not measured.
+    grey_share : float, share of the usual
+        Of a face's chroma in a clip's frames with colour, below which a frame has none. Measured,
+        every sixth frame of p01 to p16 of the strangers and of a clip of GRID: at least 0.73; with
+        the colour taken out and the clip coded, at most 0.1.
     light_face : float, luminance, 0 to 255
         From which on a face's chroma counts as it is; that of a darker one relative to it.
         Measured: a film of a dark brown head (median luminance 58) has a spread of 2.4 before this,
@@ -288,6 +294,8 @@ class ColourSettings:
     rounds: int = 10
     most_pixels: int = 12_000
     least_spread: float = 2.7
+    least_coloured: float = 0.25
+    grey_share: float = 0.4
     light_face: float = 100.0
     most_dim: float = 0.65
     limit: int = 250

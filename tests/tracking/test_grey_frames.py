@@ -1,0 +1,54 @@
+"""A film that loses its colour: colours are learned, and asked, in frames that have it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drawn import drawn
+from runs import write_kind
+
+import abs_engine
+from abs_engine.tracking.clip_setting import GREY
+
+AMOUNTS = (0.0, 0.15, 0.3, 0.05, 0.25)
+HALF = len(AMOUNTS)
+
+
+def grey_of(image: np.ndarray) -> np.ndarray:
+    """The picture (H, W, 3) in black and white."""
+    return np.repeat(image.mean(axis=2, keepdims=True).astype(np.uint8), 3, axis=2)
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Runs of the same frames twice: once all in colour, once grey from the middle on."""
+    folder = tmp_path_factory.mktemp("films")
+    coloured = [drawn("clara", jawOpen=amount) for amount in AMOUNTS]
+    films = {"colour": coloured * 2, "half": coloured + [grey_of(image) for image in coloured]}
+    return {
+        name: abs_engine.track(write_kind(folder / f"{name}.mp4", "libx264", film), renderer="cpu")
+        for name, film in films.items()
+    }
+
+
+def test_frames_without_colour_go_by_landmarks_and_say_so(runs):
+    whole, half = runs["colour"], runs["half"]
+    assert half["found"].all()
+    assert (half["status"][HALF:] == GREY).all()
+    assert (half["status"][:HALF] != GREY).all()
+    assert (whole["status"] != GREY).all()
+    np.testing.assert_allclose(half["aperture"][HALF:], whole["aperture"][HALF:], atol=2.5)
+
+
+def test_the_frames_with_colour_are_as_they_are_without_the_others(runs):
+    whole, half = runs["colour"], runs["half"]
+    np.testing.assert_allclose(half["aperture"][:HALF], whole["aperture"][:HALF], atol=0.5)
+    assert half.summary["colour_weight"] == pytest.approx(whole.summary["colour_weight"], abs=0.1)
+    assert half.summary["mean_score"] == pytest.approx(whole.summary["mean_score"], abs=0.05)
+
+
+def test_the_run_warns_of_them(runs):
+    said = [line for line in runs["half"].warnings if "have no colour" in line]
+    assert len(said) == 1
+    assert said[0].startswith("5 of 10 frames")
+    assert not [line for line in runs["colour"].warnings if "have no colour" in line]
