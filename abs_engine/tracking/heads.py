@@ -14,7 +14,7 @@ from abs_engine.core.foreign import own
 from abs_engine.core.pose import no_correction
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import meanwhile
-from abs_engine.face.appearance.colourless import grey_below, is_grey
+from abs_engine.face.appearance.colourless import grey_below
 from abs_engine.face.base import Face
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.fit.shading import NAME as SHADED
@@ -185,17 +185,17 @@ def by_landmarks(
     follower = FaceFollower(choice)
     with meanwhile(_average, speaker, correspondence, scale, expression, known) as average:
         numbered = candidate_frames(_numbered(clip, follower), str(clip.video))
-    looked = [(image, marks) for image, (_, marks) in numbered]
-    grey = grey_below([(image, marks.pixels) for image, marks in looked])
-    seen = [(image, marks) for image, marks in looked if not is_grey(image, marks.pixels, grey)]
+    seen = [(image, marks) for image, (_, marks) in numbered]
+    grey = grey_below([(image, marks.pixels) for image, marks in seen])
     chosen = [seen[k] for k in spread_over(np.array([marks.openness for _, marks in seen]))]
     turned = [seen[k] for k in turned_apart([marks for _, marks in seen], len(chosen))]
     tell("fitting the head")
-    fitted = fit_person(average.result(), chosen, clip.camera, renderer, clip.colours, tell, turned)
+    fitted = fit_person(
+        average.result(), chosen, clip.camera, renderer, clip.colours, tell, turned, grey
+    )
     face = None
     if SHADED in leaves.kinds:
         face = shaded_person(fitted, chosen, clip.camera, renderer)
-    fitted = replace(fitted, grey_below=grey)
     poses = None if given is None else given.aligned(fitted, numbered)
     first = clip.first(follower.found)
     setting = head_setting(clip, fitted, renderer, options, leaves, choice, first, face, poses)

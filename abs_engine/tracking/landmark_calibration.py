@@ -20,6 +20,7 @@ from abs_engine.core.pose import PoseFrame, no_correction, parted
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import in_threads, workers
 from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colourless import is_grey
 from abs_engine.face.appearance.exposure import Exposure
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.evidence import Term
@@ -55,6 +56,8 @@ class PlacedHead:
     renderer : Renderer
     light : SkinLight, optional
         In which colours are learned; by default each frame is taken as it is.
+    grey_below : float, levels of 255
+        Spread of a face's chroma below which a frame has no colour; 0 where none is asked.
     """
 
     model: MouthModel
@@ -64,12 +67,13 @@ class PlacedHead:
     camera: Camera
     renderer: Renderer
     light: SkinLight | None = None
+    grey_below: float = 0.0
 
     def frames(
         self, shape: LandmarkShape, seen: Sequence[tuple[Image, Landmarks]]
     ) -> list[PlacedFrame]:
         """The frames with the head placed by a person's landmarks as they are known so far."""
-        return placed_frames(self.textured, shape, seen, self.light)
+        return placed_frames(self.textured, shape, seen, self.light, self.grey_below)
 
     @cached_property
     def lips(self) -> LipLandmarks:
@@ -96,6 +100,7 @@ def placed_frames(
     shape: LandmarkShape,
     seen: Sequence[tuple[Image, Landmarks]],
     light: SkinLight | None = None,
+    grey_below: float = 0.0,
 ) -> list[PlacedFrame]:
     """The frames with the head where a person's landmarks and its texture place it.
 
@@ -107,7 +112,11 @@ def placed_frames(
 
     fits = in_threads(placed, seen, workers(textured.renderer))
     return [
-        PlacedFrame(i if light is None else light.balanced(i, m), SeenFace(m, fit))
+        PlacedFrame(
+            i if light is None else light.balanced(i, m),
+            SeenFace(m, fit),
+            is_grey(i, m.pixels, grey_below),
+        )
         for (i, m), fit in zip(seen, fits, strict=True)
         if fit is not None
     ]
@@ -152,7 +161,8 @@ def calibrate_placed(
         found = _round(head, placed, person, blur, known)
         person, shape, shift = found.person, head.known(placed, found), shift + found.shift
         head = replace(head, textured=replace(head.textured, shift=shift))
-    agreement = _agreement(head, head.frames(shape, seen), found)
+    coloured = [frame for frame in head.frames(shape, seen) if not frame.grey]
+    agreement = _agreement(head, coloured, found)
     exposure = Exposure.of([(image, marks.pixels) for image, marks in seen])
     classes = replace(found.classes, agreement=agreement, chromatic=chromatic, exposure=exposure)
     return replace(found, shift=shift, classes=classes), shape

@@ -12,7 +12,7 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import in_threads
 from abs_engine.face.appearance.colour import ColourClasses, usable
-from abs_engine.face.appearance.colourless import in_colour
+from abs_engine.face.appearance.colourless import in_colour, is_grey
 from abs_engine.face.base import Face
 from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
@@ -89,7 +89,7 @@ class FittedPerson:
         size = image.shape[1], image.shape[0]
         if trust_at_border(seen, size) is not None and not self.place.whole(seen):
             return False
-        if self.look is None:
+        if self.look is None or is_grey(image, seen.pixels, self.grey_below):
             return True
         now = MouthLook.of(self.classes, self.light.balanced(image, seen), seen)
         return now is not None and not self.look.hidden(now)
@@ -108,6 +108,7 @@ def fit_person(
     colours: ColourClasses | None,
     tell: Callable[[str], None],
     turned: Sequence[tuple[Image, Landmarks]] | None = None,
+    grey_below: float = 0.0,
 ) -> FittedPerson:
     """Fit the whole head, the mouth and the colours to frames that show one person.
 
@@ -126,20 +127,23 @@ def fit_person(
         Called with what is begun, in a few words.
     turned : sequence of (image, Landmarks), optional
         Frames that the head is fitted to, in place of `chosen`.
+    grey_below : float
+        Spread of a face's chroma below which a frame has no colour, and nothing hides its mouth.
 
     Raises
     ------
     FaceNotFoundError
         If the mouth lies outside of the picture in all of them.
     """
-    fitted = _fitted(average, chosen, turned or chosen, camera, renderer, colours, tell)
+    given = camera, renderer, colours, tell, grey_below
+    fitted = _fitted(average, chosen, turned or chosen, *given)
     shown = [frame for frame in chosen if fitted.shows(*frame)]
     facing = [frame for frame in turned or () if fitted.shows(*frame)]
     hidden = len(chosen) + len(turned or ()) - len(shown) - len(facing)
     if not hidden or len(shown) < PREPARATION.least_shown:
         return fitted
     several = facing if len(facing) >= PREPARATION.least_shown else shown
-    return _fitted(average, shown, several, camera, renderer, colours, tell)
+    return _fitted(average, shown, several, *given)
 
 
 def _fitted(
@@ -150,6 +154,7 @@ def _fitted(
     renderer: Renderer,
     colours: ColourClasses | None,
     tell: Callable[[str], None],
+    grey_below: float,
 ) -> FittedPerson:
     """The person by these frames, whether the mouth is hidden in them or not."""
     speaker = average.speaker
@@ -160,21 +165,23 @@ def _fitted(
         free_person=not average.known, expression=head.expression,
         person_spread=PREPARATION.person_spread,
     )  # fmt: skip
-    chromatic = in_colour([(image, landmarks.pixels) for image, landmarks in chosen])
+    coloured = [one for one in chosen if not is_grey(one[0], one[1].pixels, grey_below)] or chosen
+    chromatic = in_colour([(image, landmarks.pixels) for image, landmarks in coloured])
     known = usable(colours, chromatic)
     tell(learning(known))
-    light = SkinLight.of(chosen)
+    light = SkinLight.of(coloured)
     placed = PlacedHead(
-        model, head.shape, head.textured, average.correspondence, camera, renderer, light
-    )
+        model, head.shape, head.textured, average.correspondence, camera, renderer, light,
+        grey_below if len(coloured) < len(chosen) else 0.0,
+    )  # fmt: skip
     found, shape = calibrate_placed(placed, chosen, known, chromatic)
 
     def looked(one: Sighted) -> MouthLook | None:
         image, marks = one
         return MouthLook.of(found.classes, light.balanced(image, marks), marks)
 
-    look = UsualLook.of(in_threads(looked, chosen))
+    look = UsualLook.of(in_threads(looked, coloured))
     return FittedPerson(
         model, found.person, replace(head.textured, shift=found.shift), shape,
-        head.shape.deviation, found.classes, light, look,
+        head.shape.deviation, found.classes, light, look, grey_below=grey_below,
     )  # fmt: skip

@@ -29,6 +29,7 @@ from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
 from abs_engine.tracking.settings.preparation import PREPARATION
 
 _FIRST = Newton(limit=PREPARATION.posture_limit, polished=0)
+_NEXT_TO_NOTHING = 1e-6  # weight of colours in a frame without any
 _AGAIN = replace(_FIRST, reaches=PREPARATION.reaches_again)
 
 
@@ -40,10 +41,13 @@ class PlacedFrame:
     ----------
     image : (H, W, 3) uint8 RGB
     face : SeenFace
+    grey : bool
+        Whether it has no colour, while the clip has: then only its landmarks count.
     """
 
     image: Image
     face: SeenFace
+    grey: bool = False
 
     @property
     def pose(self) -> Pose:
@@ -100,7 +104,8 @@ class PlacedMouths:
             patch = sampled(window, self.placed[k].image)
             return patch, self._places(k, window, vectors[k], blur)
 
-        each = in_threads(shown, range(len(self.placed)), workers(self.renderer))
+        coloured = [k for k, frame in enumerate(self.placed) if not frame.grey]
+        each = in_threads(shown, coloured, workers(self.renderer))
         return learn_placed([patch for patch, _ in each], [places for _, places in each])
 
     def _places(self, k: int, window: Window, vector: FloatArray, blur: float) -> FloatArray:
@@ -139,7 +144,8 @@ class PlacedMouths:
             )
             maps = class_maps(classes, colours, window, self.placed[k].image, place)
             drawn = self.renderer, self.model.scene, self.camera
-            return likelihood_of(*drawn, window, maps, classes.weight, seam_of(colours))
+            weight = _NEXT_TO_NOTHING if self.placed[k].grey else classes.weight
+            return likelihood_of(*drawn, window, maps, weight, seam_of(colours))
 
         return in_threads(made, range(len(self.placed)), workers(self.renderer))
 

@@ -40,11 +40,12 @@ def test_frames_without_colour_go_by_landmarks_and_say_so(runs):
     np.testing.assert_allclose(half["aperture"][HALF:], whole["aperture"][HALF:], atol=2.5)
 
 
-def test_the_frames_with_colour_are_as_they_are_without_the_others(runs):
+def test_the_colours_of_the_other_frames_are_hardly_spoilt(runs):
+    """The mouth is fitted to all frames: to those without colour by landmarks alone, which err."""
     whole, half = runs["colour"], runs["half"]
-    np.testing.assert_allclose(half["aperture"][:HALF], whole["aperture"][:HALF], atol=0.5)
+    np.testing.assert_allclose(half["aperture"][:HALF], whole["aperture"][:HALF], atol=0.8)
     assert half.summary["colour_weight"] == pytest.approx(whole.summary["colour_weight"], abs=0.1)
-    assert half.summary["mean_score"] == pytest.approx(whole.summary["mean_score"], abs=0.05)
+    assert half.summary["mean_score"] == pytest.approx(whole.summary["mean_score"], abs=0.01)
 
 
 def test_the_run_warns_of_them(runs):
