@@ -93,7 +93,7 @@ def average_person() -> Speaker:
 
 
 def _of_the_lips(speaker: Speaker) -> NDArray[np.float32]:
-    """How much each vertex (V,) belongs to the lips: 1 at their outline, 0 far from it."""
+    """Share (V,) in which each vertex belongs to the lips: 1 at their outline, 0 far from it."""
     outline = speaker.vertices[speaker.landmarks["outer_lip"]]
     away, _ = cKDTree(outline).query(speaker.vertices)
     return np.asarray(np.exp(-0.5 * (away / SHAPE.scanned_lips) ** 2), np.float32)
