@@ -110,7 +110,6 @@ class Board:
 
         Parameters
         ----------
-        image : (H, W, 3) uint8 RGB
         mirrored : bool
             Look for the board as a mirror shows it, left and right exchanged. Only a ChArUco,
             whose markers cannot be read the wrong way round, is told apart from its own image.

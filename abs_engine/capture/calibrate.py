@@ -25,7 +25,6 @@ class Calibration:
 
     Parameters
     ----------
-    camera : Camera
     error : float, px
         Root mean square distance of the corners from where the camera would see them.
     focal_deviation : float, px
@@ -126,7 +125,6 @@ def calibrate_stereo(
     ----------
     pairs : sequence of (Corners, Corners)
         What the two saw at each moment.
-    first, second : Calibration
 
     Raises
     ------

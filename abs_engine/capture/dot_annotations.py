@@ -114,7 +114,6 @@ def initial_places(marks: Sequence[Mark], views: int) -> tuple[tuple[str, ...], 
     ----------
     marks : sequence of Mark
         Only those of frame 0 are looked at.
-    views : int
 
     Returns
     -------

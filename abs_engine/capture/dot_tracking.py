@@ -95,7 +95,6 @@ class DotFollower:
         The first frame.
     places : (N, 2) float64, px
         Where a person sees each dot in it.
-    options : FollowOptions
     """
 
     def __init__(self, image: Image, places: FloatArray, options: FollowOptions = USUAL) -> None:
@@ -115,7 +114,6 @@ class DotFollower:
 
         Parameters
         ----------
-        image : (H, W, 3) uint8 RGB
         corrections : mapping of int to place or None, optional
             What a person says of this frame; it is gone on from there.
         """

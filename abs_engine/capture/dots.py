@@ -86,7 +86,6 @@ def learn_dots(image: Image, places: FloatArray) -> DotModel:
 
     Parameters
     ----------
-    image : (H, W, 3) uint8 RGB
     places : (N, 2) float64, px
     """
     model = DotModel(np.array([-1.0, -1.0, -1.0]) / 3, 0.0)

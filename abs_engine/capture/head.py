@@ -94,8 +94,6 @@ def head_motion(points: FloatArray, names: Sequence[str], choice: HeadChoice) ->
     Parameters
     ----------
     points : (T, N, 3) float64, mm, world frame; NaN where not known
-    names : sequence of str
-    choice : HeadChoice
 
     Raises
     ------

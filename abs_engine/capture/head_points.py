@@ -35,15 +35,11 @@ def points_of_head(
 
     Parameters
     ----------
-    tracks : Tracks
-    views : sequence of View
-    head : HeadChoice
     largest_error : float, px
         A point whose reprojection error is larger counts as not found.
     sure : float
         A point with a lower correlation in one of the views counts as uncertain, unless a person
         corrected it there.
-    source : str
 
     Raises
     ------

@@ -79,7 +79,6 @@ def read_markers(
 
     Parameters
     ----------
-    path : Path
     rate : float, optional
         Frames per second, where the file does not say.
     unit : {"mm", "cm", "m"}, optional

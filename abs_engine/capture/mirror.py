@@ -24,7 +24,6 @@ class MirrorCalibration:
 
     Parameters
     ----------
-    plane : Plane
     rectangle : (4, 3) float64, mm, camera frame
         A rectangle in the plane that holds all that was seen in it; the mirror may be larger.
     error : float, px
@@ -46,7 +45,6 @@ def calibrate_mirror(pairs: Sequence[tuple[Corners, Corners]], camera: Camera) -
     ----------
     pairs : sequence of (Corners, Corners)
         The board as seen directly, and in the mirror, for each picture.
-    camera : Camera
 
     Raises
     ------

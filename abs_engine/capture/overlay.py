@@ -21,12 +21,6 @@ def draw_dots(image: Image, sighting: Sighting, names: Sequence[str]) -> Image:
     """A copy of a picture with a cross and the number, from 1, at each dot that was found.
 
     A line at the bottom names the dots that are lost.
-
-    Parameters
-    ----------
-    image : (H, W, 3) uint8 RGB
-    sighting : Sighting
-    names : sequence of str
     """
     out = np.ascontiguousarray(image).copy()
     for i in np.flatnonzero(sighting.found):
@@ -54,8 +48,6 @@ def draw_views(
     ----------
     images : sequence of (H, W, 3) uint8 RGB
         The same object twice for a picture with a mirror.
-    sightings : sequence of Sighting
-    names : sequence of str
     """
     if images[0] is images[-1]:
         out = images[0]

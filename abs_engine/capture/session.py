@@ -25,12 +25,10 @@ class Moment:
 
     Parameters
     ----------
-    frame : int
     names : tuple of str
         Of the dots.
     images : sequence of (H, W, 3) uint8 RGB
         For each view; the same object twice where both views are in one picture.
-    sightings : sequence of Sighting
     """
 
     frame: int
@@ -45,7 +43,6 @@ class Tracks:
 
     Parameters
     ----------
-    names : tuple of str
     pixels : (V, T, N, 2) float64; NaN where a dot is lost
     scores : (V, T, N) float64
     corrected : (V, T, N) bool
@@ -79,7 +76,6 @@ def follow_videos(
         Every dot in both views in frame 0.
     corrections : sequence of Mark
         What a person says of later frames; it replaces what was found, and is gone on from.
-    options : FollowOptions
     watch : callable, optional
         Called with each frame as it is done.
 

@@ -28,8 +28,6 @@ class VisemePicture:
 
     Parameters
     ----------
-    path : Path
-    viseme : str
     pose : Pose or None
         The points' frame to the camera; None where it is to be estimated.
     """
@@ -44,7 +42,6 @@ def read_viseme_pictures(path: Path, visemes: Collection[str]) -> tuple[VisemePi
 
     Parameters
     ----------
-    path : Path
     visemes : collection of str
         Those of the corpus.
 

@@ -38,7 +38,6 @@ def local_workers(count: int, folder: Path) -> Iterator[Client]:
 
     Parameters
     ----------
-    count : int
     folder : Path
         Of the runs; a folder in it lasts as long as the workers.
 

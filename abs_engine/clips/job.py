@@ -23,7 +23,6 @@ class Job:
         Absolute; the run is written to `folder`.
     renderer : str
         Its name.
-    options : TrackOptions
     plugins : tuple of Path
         Files that add models, terms, drivers or renderers; absolute.
     beside : dict of str to str

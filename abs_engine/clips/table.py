@@ -56,7 +56,6 @@ def write_table(folder: Path, jobs: Iterable[Job], outcomes: Mapping[str, Outcom
 
     Parameters
     ----------
-    folder : Path
     jobs : iterable of Job
         A row for each.
     outcomes : mapping of str to Outcome

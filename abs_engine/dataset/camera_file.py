@@ -41,7 +41,6 @@ class PlacedCamera:
 
     Parameters
     ----------
-    camera : Camera
     rotations : (N, 3) float64
         Rotation vectors, world to camera, radians; N is 1 where the camera stands still, else the
         number of frames.

@@ -42,8 +42,6 @@ class Clip:
         Frames per second.
     person, sentence, command : str
         Who is filmed, what is said, and the command that filmed it.
-    seed : int
-    unit_names : tuple of str
     unit_weights : (T, 52) float64
     identity_weights : (K,) float32
     neutral : (V, 3) float32, head frame
@@ -52,7 +50,6 @@ class Clip:
         What was filmed is exactly neutral + offsets.
     faces : (F, 3) int32
     facet_class : (F,) uint8, index into `class_names`
-    class_names : tuple of str
     uv : (V, 2) float32
         Texture coordinates, v down from the top; empty where there are none.
     world_rotations : (T, 3) float64
@@ -60,7 +57,6 @@ class Clip:
     world_translations : (T, 3) float64, world frame
     phonemes : tuple of str
         One for each frame.
-    intervals : tuple of `Phoneme`
     closed : (T,) bool
         The lips touch all along, measured on the mesh.
     gap : (T,) float64

@@ -41,11 +41,8 @@ class ClipEntry:
 
     Parameters
     ----------
-    name, person, sentence : str
-    frames : int
     rate : float
         Frames per second.
-    cameras : tuple of str
     """
 
     name: str

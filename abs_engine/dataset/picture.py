@@ -41,8 +41,6 @@ def read_picture(path: Path, kind: str, size: tuple[int, int]) -> NDArray[Any]:
 
     Parameters
     ----------
-    path : Path
-    kind : str
     size : tuple of int
         Width and height that it must have.
 

@@ -42,7 +42,6 @@ def write_sums(folder: Path, known: Mapping[str, str] | None = None) -> None:
 
     Parameters
     ----------
-    folder : Path
     known : mapping of str to str, optional
         Digests that were taken already, by name relative to the folder; the rest are taken here.
     """
@@ -97,7 +96,6 @@ def check_sums(folder: Path, only: Iterable[str] | None = None) -> None:
 
     Parameters
     ----------
-    folder : Path
     only : iterable of str, optional
         Names of the files to check, by default all that are listed.
 

@@ -34,8 +34,6 @@ def face_shape(speaker: Speaker, spoken: SpokenCorpus, built: Build, person: str
 
     Parameters
     ----------
-    speaker : Speaker
-    spoken : SpokenCorpus
     built : Build
         Of `spoken`.
     person : str
@@ -65,8 +63,6 @@ def shape_of(
 
     Parameters
     ----------
-    speaker : Speaker
-    built : Build
     mean, modes : (V, 3) and (P, V, 3) float32, mm, head frame
     frame : Pose
         Head frame to that of the corpus.

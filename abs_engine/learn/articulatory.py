@@ -28,7 +28,6 @@ class Build:
 
     Parameters
     ----------
-    model : ArticulatoryModel
     corpus : Corpus
         Without the points that the model does not have.
     alpha : (V, P) float64
@@ -61,8 +60,6 @@ def build(
 
     Parameters
     ----------
-    corpus : Corpus
-    predictors : sequence of Predictor
     missing : {"refuse", "drop", "impute"}
         What to do with points that are missing in some visemes; see `GuidedPCA`.
 
@@ -105,8 +102,6 @@ def left_out_errors(
 
     Parameters
     ----------
-    corpus : Corpus
-    predictors : sequence of Predictor
     missing : {"refuse", "drop", "impute"}
 
     Raises
@@ -173,7 +168,6 @@ def dense_head(built: Build, spoken: SpokenCorpus) -> LinearShape:
     ----------
     built : Build
         Of `spoken.corpus`, or of some of its visemes.
-    spoken : SpokenCorpus
 
     Returns
     -------

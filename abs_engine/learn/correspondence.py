@@ -89,7 +89,6 @@ def correspond(
 
     Parameters
     ----------
-    speaker : Speaker
     shell : LipShell
         Cut from the speaker.
     seen : (T, 16, 3) float64, mm, head frame
@@ -128,7 +127,6 @@ def check_dots(speaker: Speaker, mean: FloatArray) -> None:
 
     Parameters
     ----------
-    speaker : Speaker
     mean : (16, 3) float64, mm, head frame
         Mean places of the dots of `marks.LIPS16`.
 

@@ -52,7 +52,6 @@ class LipClip:
 
         Parameters
         ----------
-        physics : LearnedPhysics
         shapes : (K, N, 3) float64, mm
             Displacements to start from.
         """
@@ -137,7 +136,6 @@ def train_further(
     clips : sequence of LipClip
         Of the same person or of others: what is pooled are displacements from each one's rest.
         Two moments or more each.
-    rounds : int
     tell : callable
         Called with what is begun, in a few words.
     """

@@ -84,7 +84,6 @@ def learn_opening(mouths: Sequence[LabelledMouth], seed: int = 0) -> OpeningLook
 
     Parameters
     ----------
-    mouths : sequence of LabelledMouth
     seed : int
         Of what pixels are taken, and of the first weights.
     """

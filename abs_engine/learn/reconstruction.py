@@ -26,10 +26,8 @@ class Part:
 
     Parameters
     ----------
-    key, label : str
     dots : slice
         Of `marks.LIPS16`.
-    coordinates : str
     paper : float
         Mean-squared error for each degree of freedom in the paper's table 1.
     """
@@ -54,7 +52,6 @@ class Row:
 
     Parameters
     ----------
-    part : Part
     error : float
         Mean-squared error for each degree of freedom, in the paper's units (see `unit_scale`).
     rms : float, mm
@@ -136,7 +133,6 @@ class CameraGain:
 
     Parameters
     ----------
-    name : str
     expected : float, mm
         Root mean square distance by which a node is expected to be off with this camera: from the
         trace of the posterior covariance.
@@ -165,7 +161,6 @@ def rank_cameras(
 
     Parameters
     ----------
-    physics : LearnedPhysics
     points : ShellPoints
         What the cameras see of the shell.
     directions : mapping of str to (3,) float64

@@ -48,7 +48,6 @@ def learn_sources(rest: FloatArray, sources: Sequence[Source], modes: int) -> Le
     rest : (N, 3) float64, mm
     sources : sequence of Source
         With a frame or more each.
-    modes : int
 
     Raises
     ------

@@ -29,7 +29,6 @@ class SpokenCorpus:
         All vertices of the person at rest.
     chosen : Points
         Which vertices the points are.
-    speaker : Speaker
     """
 
     corpus: Corpus

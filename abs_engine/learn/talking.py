@@ -39,11 +39,8 @@ def learn_face(
 
     Parameters
     ----------
-    shape : FaceShape
     seen : sequence of Sighting
         Of ``face.shape.scene``; see `sightings`.
-    camera : Camera
-    renderer : Renderer
     count : int
         Points of local appearance; the paper's N is 63.
 
@@ -80,13 +77,10 @@ def learn_appearance(
 
     Parameters
     ----------
-    head : ComparedHead
     seen : sequence of Sighting
         Of ``head.scene``.
     recordings : (T,) int64
         Which of them were recorded together; two recordings at least.
-    camera : Camera
-    renderer : Renderer
 
     Raises
     ------

@@ -28,9 +28,6 @@ class Training:
 
     Parameters
     ----------
-    physics : LearnedPhysics
-    shell : LipShell
-    correspondence : Correspondence
     used, tested, untested, left_out : (...,) int
         Frames that were learned from, complete ones after them, later ones in which a dot is
         missing, and those with too few dots.
@@ -79,7 +76,6 @@ def train(
         Whose head the shell is cut from.
     person : str, optional
         Which of the speaker's people it is; by default somebody else, see `correspond`.
-    n_modes : int
     n_train : int
         Number of frames to learn from, from the first on; the complete others are for testing.
     shell : LipShell, optional

@@ -39,7 +39,6 @@ class Held:
 
     Parameters
     ----------
-    objective : Quadratic
     spec : ParamSpec
         Of its parameters.
     centre : (n,) float64

@@ -54,7 +54,6 @@ class Forces:
 
         Parameters
         ----------
-        objective : Pushed
         start : (N,) float64
         spec : ParamSpec
             Bounds; a direction is shortened to `SOLVING.longest_way` in any parameter.

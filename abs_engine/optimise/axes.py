@@ -91,9 +91,6 @@ class AxesSimplex:
 
         Parameters
         ----------
-        objective : Quadratic
-        found : Solution
-        spec : ParamSpec
         centre : (n,) float64
             Towards which the parameters are pulled.
         limit : int
@@ -122,7 +119,6 @@ def along_axes(
         Values (B,) at vectors (B, n).
     found : Solution
         With its information.
-    spec : ParamSpec
     tolerance : float
         Where the simplex stops.
     limit : int

@@ -38,7 +38,6 @@ class Simplex:
 
         Parameters
         ----------
-        objective : Objective
         start : (N,) float64
             Moved into the bounds where it is outside.
         spec : ParamSpec

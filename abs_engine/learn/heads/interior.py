@@ -46,7 +46,6 @@ def mouth_interior(
 
     Parameters
     ----------
-    bundled : Speaker
     names : tuple of str
         Facet classes.
     points : (20, 3) float64, mm

@@ -53,7 +53,6 @@ def facet_classes(
     vertices : (V, 3) float64, mm
     faces : (F, 3) int
     weld : (V,) int64
-    contours : Contours
     jaw : (V, 3) float64, mm
         How `jawOpen` moves the head.
     nose : int

@@ -26,8 +26,6 @@ class MeasuredFace:
 
     Parameters
     ----------
-    head : MeasuredHead
-    shape : FaceShape
     neutral : (V, 3) float32, mm, head frame
         The person at rest.
     smooth : Smoothness
@@ -47,7 +45,6 @@ def measured_face(speaker: Speaker, built: Build) -> MeasuredFace:
     ----------
     speaker : Speaker
         Whose mesh and face units it takes.
-    built : Build
 
     Raises
     ------

@@ -64,7 +64,6 @@ def fit_head(speaker: Speaker, built: Build) -> MeasuredHead:
 
     Parameters
     ----------
-    speaker : Speaker
     built : Build
         Its corpus has a viseme `REST`; a point that is missing is where the model puts it.
 

@@ -49,7 +49,6 @@ def slid(
         At rest.
     moves : (T, V, 3) float64, mm
         Displacements in each posture.
-    places : ShellPoints
     points : (T, N, 3) float64, mm, head frame
     at_rest : int
         The posture in which places are compared.

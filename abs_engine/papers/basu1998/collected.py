@@ -33,11 +33,8 @@ class Report:
 
     Parameters
     ----------
-    folder : Path
-    results : dict
     figures : list of (str, str)
         File and caption.
-    remarks : list of str
     """
 
     folder: Path
@@ -62,13 +59,10 @@ def fit_figures(
 
     Parameters
     ----------
-    report : Report
-    lips : TrainedLips
     sides : mapping of str to Truth
         The person's test clip by camera.
     known : sequence of FrameError
         Fits with the pose known, of this person and by `BEST` among them.
-    renderer : Renderer
     """
     front = sides[FRONT]
     opened = int(np.argmax(front.aperture))

@@ -46,11 +46,7 @@ class TrainedLips:
 
     Parameters
     ----------
-    person : str
-    training : Training
-    model : LipModel
     starts : (K, P) float64
-    classes : ColourClasses
     """
 
     person: str
@@ -88,13 +84,10 @@ class FrameError:
 
     Parameters
     ----------
-    person, camera, driver : str
-    frame : int
     rms : float, mm
         Of the lip nodes, head coordinates.
     highest : float, mm
         The same of the highest maximum alone.
-    fit : ShellFit
     """
 
     person: str
@@ -136,9 +129,7 @@ def pose_known(
 
     Parameters
     ----------
-    lips : TrainedLips
     views : mapping of camera to Truth
-    renderer : Renderer
     driver : str
         By `AS_PRINTED` from one start, with one Gaussian as the prior.
     rule : str
@@ -151,10 +142,6 @@ def pose_known(
         Folder that gets a journal of each view's fits, and has those of an interrupted run.
     prior_width : float
         As of `ShellSetting`; a wider prior is one Gaussian.
-
-    Yields
-    ------
-    FrameError
     """
     starts = lips.starts[:1] if driver == AS_PRINTED else lips.starts
     for camera, view in views.items():

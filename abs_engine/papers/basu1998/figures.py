@@ -32,7 +32,6 @@ class Posture:
 
     Parameters
     ----------
-    name : str
     nodes : (N, 3) float64, mm
     """
 
@@ -62,15 +61,8 @@ def draw_postures(
 
     Parameters
     ----------
-    renderer : Renderer
-    shell : LipShell
-    postures : sequence of Posture
     columns : int
         Of the page.
-
-    Returns
-    -------
-    (H, W, 3) uint8 RGB
     """
     views = views_of(np.concatenate([p.nodes for p in postures]), SIZE, TURNS)
     tiles = []

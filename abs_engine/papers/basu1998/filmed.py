@@ -127,10 +127,8 @@ def film(
 
     Parameters
     ----------
-    amount : Amount
     folder : Path
         Made if need be.
-    seed : int
     filming : callable, optional
         Called with the number of frames done and of all.
 
@@ -149,12 +147,10 @@ def film_fronts(
 
     Parameters
     ----------
-    people : sequence of str
     frames : int
         Of each person's test.
     folder : Path
         Made if need be.
-    seed : int
 
     Returns
     -------

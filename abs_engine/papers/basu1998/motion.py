@@ -130,10 +130,6 @@ def recorded_motion(
 
     Parameters
     ----------
-    speaker : Speaker
-    person : str
-    path : Path
-    frames : int
     start : int
         First frame at `RATE`. The default is the stretch of the recording known to the project in
         which the lips move in the most ways.
@@ -167,11 +163,8 @@ def authored_motion(
 
     Parameters
     ----------
-    speaker : Speaker
-    person : str
     frames : int or None
         None for the pace of speech.
-    rate : float
     sentences : tuple of str
         X-SAMPA.
     """
@@ -203,8 +196,6 @@ def observed_motion(
 
     Parameters
     ----------
-    speaker : Speaker
-    motion : Motion
     noise : float, mm
         Standard deviation that is added to every coordinate.
     seed : int

@@ -48,12 +48,8 @@ def probability_figure(
 
     Parameters
     ----------
-    lips : TrainedLips
-    picture : (H, W, 3) uint8 RGB
     pose : Pose
         Of the head: where the mouth is.
-    camera : Camera
-    renderer : Renderer
 
     Returns
     -------
@@ -110,12 +106,8 @@ def convergence_figure(
 
     Parameters
     ----------
-    lips : TrainedLips
-    picture : (H, W, 3) uint8 RGB
     pose : Pose
         Known, or placed by the blob; it is held.
-    camera : Camera
-    renderer : Renderer
     truth : (N, 3) float64, mm, head frame, optional
         True nodes of the shell, by which the captions give the lips' error.
 
@@ -193,9 +185,6 @@ class ShownFit:
 
     Parameters
     ----------
-    name : str
-    picture : (H, W, 3) uint8 RGB
-    camera : Camera
     pose : Pose
         Head to camera.
     nodes : (N, 3) float64, mm, head frame
@@ -214,14 +203,8 @@ def fits_figure(renderer: Renderer, lips: TrainedLips, fits: Sequence[ShownFit])
 
     Parameters
     ----------
-    renderer : Renderer
     lips : TrainedLips
         Of the person who is seen.
-    fits : sequence of ShownFit
-
-    Returns
-    -------
-    (H, W, 3) uint8 RGB
     """
     return stacked([_row(renderer, lips, fit) for fit in fits])
 

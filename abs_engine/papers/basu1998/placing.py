@@ -21,7 +21,6 @@ class BlobPlaces:
     ----------
     given : tuple of (Pose or None)
         Head to camera in each frame.
-    classes : ColourClasses
     """
 
     given: tuple[Pose | None, ...]

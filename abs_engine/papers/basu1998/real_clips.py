@@ -124,7 +124,6 @@ def grid_agreement(
 
     Parameters
     ----------
-    renderer : Renderer
     tell : callable
         Called with what is begun.
     kept : Path

@@ -62,17 +62,12 @@ def recorded_training(
 
     Parameters
     ----------
-    speaker : Speaker
-    people : sequence of str
-    recording : Path
     frames : int
         Of each test.
     folder : Path
         Gets the films, or has them.
     kept : Path
         Gets the fits, frame by frame, and has those of an interrupted run.
-    renderer : Renderer
-    seed : int
     tell : callable
         Called with what is begun.
 

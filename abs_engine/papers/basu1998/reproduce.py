@@ -84,10 +84,8 @@ def reproduce(
         Exists, and is empty or as an interrupted run left it.
     kept : Path
         Gets the fits, frame by frame, and has those of an interrupted run.
-    renderer : Renderer
     quick : bool
         One person, few frames, and no real clips.
-    seed : int
     tell : callable
         Called with what is begun.
 

@@ -28,7 +28,6 @@ class Goal:
     ----------
     key : str
         Of the results, with dots.
-    name : str
     unit : {"share", "error", "mm", "count"}
     bound : float or None
         None where nothing was aimed at.

@@ -63,7 +63,6 @@ class ShellFit:
 
     Parameters
     ----------
-    frame : int
     weights : (P,) float64
         In standard deviations of the modes.
     pose : Pose
@@ -107,11 +106,8 @@ def typical_shapes(
 
     Parameters
     ----------
-    physics : LearnedPhysics
     displacements : (T, N, 3) float64, mm
         Of the training frames.
-    count : int
-    seed : int
 
     Returns
     -------
@@ -139,8 +135,6 @@ def fit_frames(
 
     Parameters
     ----------
-    setting : ShellSetting
-    pictures : iterable of (H, W, 3) uint8 RGB
     motion : Motion
         Where the head is.
     starts : (K, P) float64

@@ -27,7 +27,6 @@ class CloseUp:
 
     Parameters
     ----------
-    camera : Camera
     window : Window
         Drawn pixels are those of the tile.
     scale : float
@@ -64,11 +63,7 @@ class CloseUp:
 
         Parameters
         ----------
-        tile : (H, W, 3) uint8 RGB
-        renderer : Renderer
-        shell : LipShell
         nodes : (N, 3) float64, mm, head frame
-        pose : Pose
         """
         surface = ShellSurface(shell, nodes, two_sided=False)
         every = np.ones(shell.faces.shape, bool)
@@ -83,7 +78,6 @@ class ShellSurface:
 
     Parameters
     ----------
-    shell : LipShell
     vertices : (N, 3) float64, mm, head frame
     two_sided : bool
         Whether the back is drawn, too.

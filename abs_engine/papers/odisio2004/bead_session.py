@@ -87,7 +87,6 @@ class BeadSession:
     ----------
     spoken : SpokenCorpus
         What is said.
-    person : str
     seed : int
         Of the head's motion, the board's places and the sensor's noise.
     """

@@ -49,7 +49,6 @@ class VisemePictures:
         The whole head as it was filmed.
     poses : tuple of Pose, V
         Head to camera.
-    camera : Camera
     """
 
     visemes: tuple[str, ...]
@@ -77,10 +76,8 @@ def film_visemes(
 
     Parameters
     ----------
-    speaker : Speaker
     spoken : SpokenCorpus
         Spoken by `person`.
-    person : str
     folder : Path
         Gets the data set; must not exist.
     size : tuple of int
@@ -153,8 +150,6 @@ def sightings(shape: FaceShape, pictures: VisemePictures, alpha: FloatArray) -> 
 
     Parameters
     ----------
-    shape : FaceShape
-    pictures : VisemePictures
     alpha : (V, P) float64
         Parameters of the visemes.
     """

@@ -35,7 +35,6 @@ class TalkBinder:
     problem : callable
     neutral : (P,) float64
         The posture to begin with where there is no frame before.
-    predict : bool
     postures : (K, P) float64, optional
         From which a search may start again.
     unusual : float
@@ -88,12 +87,7 @@ class FrameBefore:
 
 
 class FrameBeforeFollower:
-    """Follows by memory alone, and looks for the head where there is none.
-
-    Parameters
-    ----------
-    finding : Follower or None
-    """
+    """Follows by memory alone, and looks for the head where there is none."""
 
     def __init__(self, finding: Follower | None) -> None:
         self._finding = finding

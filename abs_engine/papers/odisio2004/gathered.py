@@ -28,7 +28,6 @@ class Amount:
         Splits of the visemes; five test each once.
     searched, stopped : int
         Visemes in the comparisons of solvers and of stopping rules.
-    budgets : tuple of int
     sentences : int or None
         How many, evenly chosen; None is all.
     frames : int or None
@@ -71,23 +70,15 @@ class Report:
 
     Parameters
     ----------
-    folder : Path
     kept : Path
         Gets finished stages, and the frames of those under way, of which an interrupted run left
         the first.
-    renderer : Renderer
-    speaker : Speaker
-    person : str
-    seed : int
-    quick : bool
     tell : callable
         Called with what is done next.
-    amount : Amount
     workers : int
         Processes that track sentences.
     renderer_name : str
         What they draw with; see `open_renderer`.
-    results : dict
     timing : dict
         What they took.
     figures : list of (str, str)

@@ -22,8 +22,6 @@ class Goal:
     ----------
     key : str
         Dotted, of the results.
-    name : str
-    bound : float
     least : bool
         Whether the number is to be at least the bound, not at most.
     over : str

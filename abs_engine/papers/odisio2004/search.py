@@ -98,7 +98,6 @@ class SearchRow:
 
     Parameters
     ----------
-    solver, model : str
     budget : int
         Evaluations that each fit might have.
     mm : float
@@ -156,12 +155,8 @@ def compare_solvers(
 
     Parameters
     ----------
-    speech : Speech
     face : TalkingFace
         Learned from other visemes.
-    tests : iterable of int
-    renderer : Renderer
-    model : str
     budgets : sequence of int
         Ascending.
     solvers : sequence of str
@@ -216,10 +211,8 @@ class StopRow:
     ----------
     tolerance : float
         In units of what a wrong match costs.
-    model : str
     mm : float
         Median residual, all points.
-    mean_mm : float
     evaluations : float
         Mean.
     """

@@ -52,7 +52,6 @@ class Sentences:
 
     Parameters
     ----------
-    runs : tuple of Run
     closed_below : float, mm
         See `sentences_scores.closing_gap`.
     """
@@ -157,14 +156,10 @@ def run_sentences(
 
     Parameters
     ----------
-    work : Work
-    speaker : Speaker
     speech : Speech
         The corpus that the face was learned from.
-    renderer : Renderer
     folder : Path, optional
         Gets figure 8, of the first sentence.
-    jobs : sequence of Job
     workers, renderer_name, tell
         See `track_sentences`.
 
@@ -205,8 +200,6 @@ def run_trees(
 
     Parameters
     ----------
-    done : Sentences
-    face : TalkingFace
     folder : Path, optional
         Gets the figure.
     model : str

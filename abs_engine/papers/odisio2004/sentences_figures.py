@@ -28,8 +28,6 @@ def curves_figure(shape: FaceShape, filmed: Filmed, of: Mapping[str, Curves]) ->
 
     Parameters
     ----------
-    shape : FaceShape
-    filmed : Filmed
     of : mapping of str to Curves
         By model; each may have fewer frames than were filmed.
     """

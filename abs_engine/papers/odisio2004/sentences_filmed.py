@@ -34,9 +34,6 @@ class Filmed:
 
     Parameters
     ----------
-    name, text : str
-    utterance : Utterance
-    camera : Camera
     pictures : (T, H, W, 3) uint8 RGB
         Without compression.
     poses : tuple of Pose, T
@@ -88,17 +85,14 @@ def plan_sentence(
 
     Parameters
     ----------
-    speaker : Speaker
     person : str
         One of the speaker's.
-    sentence : Sentence
     camera : Camera
         The head is placed so that the face fills most of its picture's height.
     seed : int
         Of the head's motion, the blinks and the noise.
     beads : int
         On the face, as `filmed.film_visemes` has them.
-    look : Look
     reach : float
         Factor of the head's motion; see `studio.sequence.wander`.
 
@@ -149,7 +143,6 @@ def film_plan(
 
     Parameters
     ----------
-    speaker : Speaker
     plan : ClipPlan
         Of `plan_sentence`, or one like it.
     sentence : Sentence

@@ -138,8 +138,6 @@ def closing_gap(
 
     Parameters
     ----------
-    speaker : Speaker
-    shape : FaceShape
     visemes : sequence of str, V
     alpha : (V, P) float64
     """
@@ -157,7 +155,6 @@ def closures(filmed: Filmed, gap: FloatArray, below: float) -> Closures:
 
     Parameters
     ----------
-    filmed : Filmed
     gap : (T,) float64, mm
         Of the tracked mesh.
     below : float, mm

@@ -46,13 +46,7 @@ def settings_of(model: str) -> Settings:
 
 @dataclass(frozen=True)
 class Job:
-    """A sentence and the models that it is tracked with.
-
-    Parameters
-    ----------
-    sentence : Sentence
-    models : tuple of str
-    """
+    """A sentence and the models that it is tracked with."""
 
     sentence: Sentence
     models: tuple[str, ...]
@@ -68,11 +62,8 @@ class Work:
         Gets a file for each sentence and model.
     aside : Path
         Gets the frames of those under way.
-    person : str
     beads : int
         On the face.
-    camera : Camera
-    face : TalkingFace
     postures : (V, P) float64
         Of the corpus, from which a search may start again.
     renderer : str
@@ -165,8 +156,6 @@ def track_sentences(
 
     Parameters
     ----------
-    work : Work
-    jobs : sequence of Job
     speaker : Speaker
         The bundled one; other processes read it themselves.
     renderer : Renderer

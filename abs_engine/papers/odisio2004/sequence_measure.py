@@ -30,7 +30,6 @@ class Measured:
     ----------
     rms_mm : float
         Mean over the frames of the root mean square over the points, head coordinates.
-    evaluations_per_frame : float
     restarted : float
         Share of the frames that started again from the corpus.
     """
@@ -70,13 +69,10 @@ def compare_searches(
     ----------
     speech : Speech
         The corpus that `face` was learned from.
-    face : TalkingFace
     model : str
         Of appearance.
     filmed : Filmed
         Of `french.PRACTICE`, so that nothing is chosen on what is reported.
-    renderer : Renderer
-    which : mapping of str to Settings
     kept : Path, optional
         Folder that gets the frames, and has those of an interrupted run.
     """
@@ -125,8 +121,6 @@ def by_articulation(
     ----------
     speech : Speech
         The corpus that `face` was learned from, all of it.
-    face : TalkingFace
-    renderer : Renderer
     spacing : float, mm
         Least distance between points; the paper has none.
     whiten : bool
@@ -154,10 +148,8 @@ def practise(
     ----------
     speech : Speech
         The corpus that `face` was learned from.
-    face : TalkingFace
     filmed : Filmed
         Of `french.PRACTICE`.
-    renderer : Renderer
     kept : Path, optional
         As of `compare_searches`.
     """

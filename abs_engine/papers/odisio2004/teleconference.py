@@ -58,7 +58,6 @@ class Teleconference:
     tracked : dict of str to Tracked
         ``tex_cst``, ``la_lin`` on the sequence that they were learned from, and both on another
         one, ``tex_cst_heldout`` and ``la_lin_heldout``.
-    curves : dict of str to Curves
     """
 
     tracked: dict[str, Tracked]
@@ -101,11 +100,8 @@ def learn_at_once(
 
     Parameters
     ----------
-    shape : FaceShape
-    filmed : Filmed
     beads : (K,) int
         Vertices at their centres.
-    renderer : Renderer
     """
     alpha = shape.invert(filmed.points)
     seen = [
@@ -151,13 +147,10 @@ def run_teleconference(
 
     Parameters
     ----------
-    speaker : Speaker
     speech : Speech
         The corpus that the shape was learned from.
-    renderer : Renderer
     folder : Path, optional
         Gets figure 10.
-    seed : int
     frames : int, optional
         How many of each sequence are tracked, from its start; by default all that were filmed.
         What is learned is learned from all.

@@ -59,7 +59,6 @@ class Session:
     ----------
     folder : Path
         Of the data set.
-    worn : Points
     seed : int
         Of how carelessly dots are pointed at.
     """
@@ -134,8 +133,6 @@ def tracked_corpus(
     ----------
     spoken : SpokenCorpus
         What is said; its points are not looked at.
-    person : str
-    seed : int
     folder : Path
         Gets the session and what `articulate` reads: observations and the table of roles.
     command : str

@@ -57,7 +57,6 @@ class Filming:
     ----------
     camera : Camera
         Its calibration is given to the tracker, as in the paper.
-    look : Look
     reach : float
         How far the head moves, as a factor; see `studio.sequence.wander`.
     """

@@ -53,10 +53,8 @@ def faces_of(report: Report, bare: Speech, folder: Path) -> dict[str, KnownFace]
 
     Parameters
     ----------
-    report : Report
     bare : Speech
         The corpus, its pictures without beads: those that appearance is learned from.
-    folder : Path
     """
     tracked = _tracked(report, bare, folder)
     return {

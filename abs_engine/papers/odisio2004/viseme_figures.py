@@ -65,15 +65,7 @@ def texture_nomograms(
     pose: Pose,
     renderer: Renderer,
 ) -> Image:
-    """Figure 4: textures of one parameter at a time, all on the same, unmoved shape.
-
-    Parameters
-    ----------
-    face : TalkingFace
-    camera : Camera
-    pose : Pose
-    renderer : Renderer
-    """
+    """Figure 4: textures of one parameter at a time, all on the same, unmoved shape."""
     scene, names = face.shape.surface, face.shape.model.parameters
     still = Candidates.one(np.zeros(0), pose)
     window = camera.whole
@@ -105,8 +97,6 @@ def points_figure(speech: Speech, face: TalkingFace, which: Sequence[int]) -> Im
 
     Parameters
     ----------
-    speech : Speech
-    face : TalkingFace
     which : sequence of int
         Indices of pictures.
     """

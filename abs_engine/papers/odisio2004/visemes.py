@@ -47,11 +47,6 @@ class Speech:
 
     Parameters
     ----------
-    person : str
-    spoken : SpokenCorpus
-    built : Build
-    shape : FaceShape
-    pictures : VisemePictures
     beads : int
         How many are on the face in the pictures.
     """
@@ -106,7 +101,6 @@ def film_speech(
 
     Parameters
     ----------
-    speaker : Speaker
     person : str
         One of the speaker's.
     folder : Path
@@ -145,7 +139,6 @@ class VisemeError:
         Of the points from the truth, head coordinates.
     rms, lips : float, mm
         Root mean square over all points, and over those of the lips and around them.
-    evaluations : int
     """
 
     viseme: str
@@ -167,11 +160,8 @@ def find_visemes(
 
     Parameters
     ----------
-    speech : Speech
     face : TalkingFace
         Learned from other visemes.
-    tests : iterable of int
-    renderer : Renderer
     models : sequence of str
         Of `ASKED`.
     """
