@@ -17,10 +17,7 @@ from abs_engine.io.pictures import is_whole
 AGAIN = "make the dataset again, or copy the whole folder again"
 _CHANNELS = {0: 1, 2: 3}  # PNG colour types: grey, RGB
 # Trying all filters on every row takes twice as long, and files are no smaller
-_QUICKLY = (
-    *(cv2.IMWRITE_PNG_COMPRESSION, 1),
-    *(cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_UP),
-)
+_QUICKLY = (*(cv2.IMWRITE_PNG_COMPRESSION, 1), *(cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_UP))
 
 
 def write_picture(path: Path, values: NDArray[Any]) -> None:

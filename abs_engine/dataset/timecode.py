@@ -21,10 +21,7 @@ _CODE = re.compile(r"\s*(\d+):(\d+):(\d+):(\d+(?:\.\d+)?)\s*", re.ASCII)
 
 
 def seconds_since_first(
-    codes: Sequence[str],
-    path: Path,
-    rate: float | None = None,
-    lines: Sequence[int] | None = None,
+    codes: Sequence[str], path: Path, rate: float | None = None, lines: Sequence[int] | None = None
 ) -> NDArray[np.float64]:
     """Seconds (N,) since the first of N timecodes ``hh:mm:ss:ff.fff``; they may pass midnight.
 

@@ -92,9 +92,7 @@ def _inverted(model: ArticulatoryModel, viseme: str, points: FloatArray) -> Floa
 
 
 def left_out_errors(
-    corpus: Corpus,
-    predictors: Sequence[Predictor] = PAPER_PREDICTORS,
-    missing: Missing = "refuse",
+    corpus: Corpus, predictors: Sequence[Predictor] = PAPER_PREDICTORS, missing: Missing = "refuse"
 ) -> FloatArray:
     """Error of each viseme in the model of all others, (V,), mm: RMS over the points.
 
@@ -133,9 +131,7 @@ class LeftOut:
 
 
 def leave_out_in_turn(
-    corpus: Corpus,
-    predictors: Sequence[Predictor] = PAPER_PREDICTORS,
-    missing: Missing = "refuse",
+    corpus: Corpus, predictors: Sequence[Predictor] = PAPER_PREDICTORS, missing: Missing = "refuse"
 ) -> LeftOut:
     """As `left_out_errors`, but visemes that cannot be left out are told of, with the reason."""
     out = np.full(len(corpus), np.nan)

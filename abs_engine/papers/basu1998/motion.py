@@ -119,12 +119,7 @@ def recording_path() -> Path:
 
 
 def recorded_motion(
-    speaker: Speaker,
-    person: str,
-    path: Path,
-    *,
-    frames: int = FRAMES,
-    start: int = RECORDED_FROM,
+    speaker: Speaker, person: str, path: Path, *, frames: int = FRAMES, start: int = RECORDED_FROM
 ) -> Motion:
     """A person moved by some seconds of a Live Link Face recording.
 

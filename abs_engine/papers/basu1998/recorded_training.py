@@ -27,13 +27,7 @@ from abs_engine.papers.basu1998.experiment import (
     pose_known,
     rms_of,
 )
-from abs_engine.papers.basu1998.filmed import (
-    FRONT,
-    YAWS,
-    camera_name,
-    film_fronts,
-    learn_colours,
-)
+from abs_engine.papers.basu1998.filmed import FRONT, YAWS, camera_name, film_fronts, learn_colours
 from abs_engine.papers.basu1998.motion import recorded_motion
 
 PARTS = ("interpolation_mm", "modes_mm", "picture_mm", "mm")

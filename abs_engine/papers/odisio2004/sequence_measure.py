@@ -136,11 +136,7 @@ def by_articulation(
 
 
 def practise(
-    speech: Speech,
-    face: TalkingFace,
-    filmed: Filmed,
-    renderer: Renderer,
-    kept: Path | None = None,
+    speech: Speech, face: TalkingFace, filmed: Filmed, renderer: Renderer, kept: Path | None = None
 ) -> list[dict[str, str | float]]:
     """A table of all of it: searches and stopping rules of both linear models, and variants.
 

@@ -119,12 +119,7 @@ def learn_at_once(
     own = slice(len(shape.blocks) - len(shape.spec), None)  # the pose is known
     told = information(every, seen, scene, camera, renderer, shape.moved)[:, own, own]
     chosen = choose_informative(
-        every,
-        told,
-        parted(shape.about)[1],
-        POINTS,
-        places[away > FREE_OF_BEADS],
-        LEARNING.spacing,
+        every, told, parted(shape.about)[1], POINTS, places[away > FREE_OF_BEADS], LEARNING.spacing
     )
     local = every.only(chosen).within(shape.kept)
     return TalkingFace(shape, texture, texture, local, local.constant())

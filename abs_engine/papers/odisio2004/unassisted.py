@@ -18,10 +18,7 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import (
-    FaceNotFoundError,
-    OutOfPictureError,
-)
+from abs_engine.core.errors import FaceNotFoundError, OutOfPictureError
 from abs_engine.core.provenance import code_digest
 from abs_engine.dataset import Truth, load_truth
 from abs_engine.face.talking_file import StoredTalker, load_talking

@@ -59,12 +59,7 @@ def residual_figure(errors: Mapping[str, Sequence[VisemeError]]) -> Figure:
     return figure
 
 
-def texture_nomograms(
-    face: TalkingFace,
-    camera: Camera,
-    pose: Pose,
-    renderer: Renderer,
-) -> Image:
+def texture_nomograms(face: TalkingFace, camera: Camera, pose: Pose, renderer: Renderer) -> Image:
     """Figure 4: textures of one parameter at a time, all on the same, unmoved shape."""
     scene, names = face.shape.surface, face.shape.model.parameters
     still = Candidates.one(np.zeros(0), pose)
