@@ -13,7 +13,7 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_learning import learn_classes
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import mouth_window
-from abs_engine.io.assets import load_speaker
+from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.blob_start import mouth_model
 from abs_engine.tracking.face_detection import Face
@@ -24,6 +24,15 @@ SIZE = 320, 240
 def head_of(person: str) -> MouthModel:
     """The mouth model of a person whose head is known."""
     return mouth_model(load_speaker(), person)
+
+
+def spoken_heads(speaker: Speaker, neutral: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """All vertices (V, M, 3), mm, head frame, at face-unit weights (V, 52)."""
+    used = np.flatnonzero(weights.any(axis=0))
+    moved = np.tensordot(
+        weights[:, used].astype(np.float32), speaker.units[used].astype(np.float32), 1
+    )
+    return np.asarray(neutral + moved, np.float32)
 
 
 def picture_of(head: Scene, pose: Pose, camera: Camera) -> np.ndarray:

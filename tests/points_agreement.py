@@ -18,6 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from heads import spoken_heads
 from scipy.spatial import cKDTree
 from trimesh.triangles import closest_point
 from worn_dots import filmed_places
@@ -35,7 +36,7 @@ from abs_engine.learn.articulatory import build
 from abs_engine.learn.bite import bite_plane_of
 from abs_engine.learn.corpus_dots import corpus_dots
 from abs_engine.learn.measured.face import measured_face
-from abs_engine.learn.spoken import SpokenCorpus, spoken_heads
+from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.learn.talking import learn_face
 from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004.filmed import film_visemes, read_visemes, sightings

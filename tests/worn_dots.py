@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from heads import spoken_heads
 
-from abs_engine.learn.spoken import SpokenCorpus, spoken_heads
+from abs_engine.learn.spoken import SpokenCorpus
 
 
 def filmed_places(spoken: SpokenCorpus, vertices: Sequence[int]) -> np.ndarray:

@@ -28,18 +28,17 @@ def points_of_head(
     views: Sequence[View],
     head: HeadChoice,
     largest_error: float = CAPTURE.largest_error,
-    sure: float = USUAL.sure,
     source: str = "",
 ) -> Observations:
     """Triangulate dots and take them into the head frame.
+
+    A point with a lower correlation than `USUAL.sure` in one of the views counts as uncertain,
+    unless a person corrected it there.
 
     Parameters
     ----------
     largest_error : float, px
         A point whose reprojection error is larger counts as not found.
-    sure : float
-        A point with a lower correlation in one of the views counts as uncertain, unless a person
-        corrected it there.
 
     Raises
     ------
@@ -69,7 +68,7 @@ def points_of_head(
     points = motion.to_head(world)
     found = np.asarray(agreed & motion.found[:, None])
     score = tracks.scores.min(axis=0)
-    doubtful = ((tracks.scores < sure) & ~tracks.corrected).any(axis=0)
+    doubtful = ((tracks.scores < USUAL.sure) & ~tracks.corrected).any(axis=0)
     return Observations(
         points, tracks.names, found, found & doubtful, made.error, score, tracks.rate,
         motion.rotations, motion.translations, motion.error, tracks.pixels, source,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.capture.dot_annotations import Mark, check_view, initial_places
-from abs_engine.capture.dot_tracking import USUAL, DotFollower, FollowOptions, Sighting
+from abs_engine.capture.dot_tracking import USUAL, DotFollower, Sighting
 from abs_engine.capture.observations import Observations
 from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import BoolArray, FloatArray, Image
@@ -62,7 +62,6 @@ def follow_videos(
     videos: Sequence[Path],
     points: Sequence[Mark],
     corrections: Sequence[Mark] = (),
-    options: FollowOptions = USUAL,
     watch: Callable[[Moment], None] | None = None,
 ) -> Tracks:
     """Follow the dots of two views through two videos, or through one that shows both.
@@ -102,7 +101,7 @@ def follow_videos(
     for frame, images in enumerate(_together(videos)):
         if frame == 0:
             _check_inside(places, images, names)
-            followers = [DotFollower(i, p, options) for i, p in zip(images, places, strict=True)]
+            followers = [DotFollower(i, p) for i, p in zip(images, places, strict=True)]
             now = [f.start for f in followers]
         else:
             told = given.pop(frame, ({}, {}))
@@ -139,9 +138,7 @@ def _rate_and_frames(videos: Sequence[Path]) -> tuple[float, int]:
     return first.rate, first.frames
 
 
-def review(
-    tracks: Tracks, observed: Observations, sure: float = USUAL.sure
-) -> Iterator[tuple[Mark, dict[str, object]]]:
+def review(tracks: Tracks, observed: Observations) -> Iterator[tuple[Mark, dict[str, object]]]:
     """Frames for a person to look at: places lost, uncertain, or on which views disagree.
 
     Written with `marks.write_marks` it is a file of corrections: edit x and y where they are
@@ -158,7 +155,7 @@ def review(
         elif np.isfinite(error) and not observed.found[frame, point]:
             head = np.isfinite(observed.rotations[frame]).all()
             why = "views disagree" if head else "views disagree, or head not found"
-        elif score < sure:
+        elif score < USUAL.sure:
             why = "uncertain"
         else:
             continue

@@ -42,14 +42,3 @@ class SpokenCorpus:
     def noiseless(self) -> Corpus:
         """The corpus as an exact measurement would give it."""
         return replace(self.corpus, points=self.exact)
-
-
-def spoken_heads(
-    speaker: Speaker, neutral: NDArray[np.floating], weights: FloatArray
-) -> NDArray[np.float32]:
-    """All vertices (V, M, 3), mm, head frame, at face-unit weights (V, 52)."""
-    used = np.flatnonzero(weights.any(axis=0))
-    moved = np.tensordot(
-        weights[:, used].astype(np.float32), speaker.units[used].astype(np.float32), 1
-    )
-    return np.asarray(neutral + moved, np.float32)

@@ -125,7 +125,7 @@ def test_a_works_own_settings_are_searched_with_and_kept_apart(tmp_path, monkeyp
     monkeypatch.setattr(sentences_work, "film_plan", lambda *_: film)
 
     def search(_face, _model, *given):
-        used.append(given[-4])
+        used.append(given[-3])
         nothing = np.zeros((0, N))
         return sequence.Tracked(nothing, (), nothing[:, 0], np.zeros(0, int), np.zeros(0, bool))
 

@@ -8,6 +8,7 @@ from zlib import crc32
 
 import numpy as np
 import pytest
+from heads import spoken_heads
 from marker_files import write_c3d, write_long, write_wide
 from scipy.spatial.transform import Rotation
 
@@ -25,7 +26,7 @@ from abs_engine.face.shape.articulatory_model import load_articulatory
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn.articulatory import build, dense_head, left_out_errors
-from abs_engine.learn.spoken import SpokenCorpus, spoken_heads
+from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.report.articulation.analysis import analyse
 from abs_engine.report.articulation.figures import boxplot_figure, nomogram_figure

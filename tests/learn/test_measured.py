@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from heads import spoken_heads
 
 from abs_engine.capture.corpus import Corpus
 from abs_engine.core.errors import ParameterError, TooFewPointsError
@@ -14,7 +15,7 @@ from abs_engine.io.assets import load_speaker
 from abs_engine.learn.articulatory import Build, build
 from abs_engine.learn.measured.face import MeasuredFace, measured_face
 from abs_engine.learn.measured.residual import field, smoothness
-from abs_engine.learn.spoken import SpokenCorpus, spoken_heads
+from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.studio.corpus import PAPER_VISEMES, speak_corpus
 from abs_engine.tracking.measured_looks import WrittenFace
 from abs_engine.tracking.talking_faces import _own_head

@@ -119,9 +119,9 @@ def recording_path() -> Path:
 
 
 def recorded_motion(
-    speaker: Speaker, person: str, path: Path, *, frames: int = FRAMES, start: int = RECORDED_FROM
+    speaker: Speaker, person: str, path: Path, *, start: int = RECORDED_FROM
 ) -> Motion:
-    """A person moved by some seconds of a Live Link Face recording.
+    """A person moved by `FRAMES` of a Live Link Face recording.
 
     Parameters
     ----------
@@ -137,13 +137,14 @@ def recorded_motion(
         If it has not so many frames.
     """
     played = play_recording(read_livelink(path), speaker.unit_names, RATE).weights
-    if min(start, frames - 1) < 0 or start + frames > len(played):
+    end = start + FRAMES
+    if start < 0 or end > len(played):
         raise ParameterError(
-            f"frames {start} to {start + frames - 1} are not in the recording",
+            f"frames {start} to {end - 1} are not in the recording",
             f"it has {len(played)}",
         )
-    what = f"recording {path.name}, frames {start} to {start + frames - 1} at {RATE:g} Hz"
-    return Motion(person, played[start : start + frames], RATE, what)
+    what = f"recording {path.name}, frames {start} to {end - 1} at {RATE:g} Hz"
+    return Motion(person, played[start:end], RATE, what)
 
 
 def authored_motion(
@@ -151,7 +152,6 @@ def authored_motion(
     person: str,
     *,
     frames: int | None = FRAMES,
-    rate: float = RATE,
     sentences: tuple[str, ...] = SENTENCES,
 ) -> Motion:
     """A person who says some utterances in the time of so many frames.
@@ -164,13 +164,13 @@ def authored_motion(
         X-SAMPA.
     """
     said = parse_phonemes(" _(0.1) ".join(["", *sentences]))
-    frames = math.ceil(rate * said.seconds) if frames is None else frames
-    scale = frames / rate / said.seconds
+    frames = math.ceil(RATE * said.seconds) if frames is None else frames
+    scale = frames / RATE / said.seconds
     slower = Utterance(
         tuple(Segment(s.phoneme, s.start * scale, s.end * scale) for s in said.segments)
     )
-    speech = articulate(speaker, speaker.named(person), slower, rate)
-    return Motion(person, speech.weights[:frames], rate, "authored speech")
+    speech = articulate(speaker, speaker.named(person), slower, RATE)
+    return Motion(person, speech.weights[:frames], RATE, "authored speech")
 
 
 def spoken_motion(speaker: Speaker, person: str) -> Motion:

@@ -100,7 +100,7 @@ def convergence_figure(
     pose: Pose,
     camera: Camera,
     renderer: Renderer,
-    truth: FloatArray | None = None,
+    truth: FloatArray,
 ) -> Image:
     """Figure 5: from the first placement of the mean shape to the fit, by the forces.
 
@@ -108,7 +108,7 @@ def convergence_figure(
     ----------
     pose : Pose
         Known, or placed by the blob; it is held.
-    truth : (N, 3) float64, mm, head frame, optional
+    truth : (N, 3) float64, mm, head frame
         True nodes of the shell, by which the captions give the lips' error.
 
     Returns
@@ -150,11 +150,11 @@ def _wired(
     pose: Pose,
     nodes: FloatArray,
     name: str,
-    truth: FloatArray | None,
+    truth: FloatArray,
 ) -> Image:
-    """A tile with a shape over it, its name, and its error where that is known."""
-    told = "" if truth is None else f": {lip_error(nodes, truth):.2f} mm"
-    return _told(close.wired(tile, renderer, lips.model.shell, nodes, pose), name + told)
+    """A tile with a shape over it, its name, and its error."""
+    text = f"{name}: {lip_error(nodes, truth):.2f} mm"
+    return _told(close.wired(tile, renderer, lips.model.shell, nodes, pose), text)
 
 
 def _nodes(lips: TrainedLips, problem: Problem, x: FloatArray) -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator
-from contextlib import ExitStack
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -156,11 +156,8 @@ def fit_frames(
     _check_driver(driver)
     clip = _clip(setting, motion, starts, driver, pull_rule(rule), judged)
     clock = Clock(motion.follower())
-    with ExitStack() as open_files:
-        journal = None
-        if kept is not None:
-            journal = FrameJournal(kept, fingerprint((clip, driver, rule)), ends=True)
-            open_files.enter_context(journal)
+    own = kept and FrameJournal(kept, fingerprint((clip, driver, rule)), ends=True)
+    with own or nullcontext() as journal:
         before = 0 if journal is None else journal.resumed
         for _, found in track(replace(clip, motion=clock), pictures, journal=journal):
             if found.highest is not None and found.pose is not None:

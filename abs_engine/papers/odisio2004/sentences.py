@@ -193,14 +193,12 @@ def _run(work: Work, job: Job, speaker: Speaker, below: float) -> Run:
     return Run(filmed, tracked, curves, shut)
 
 
-def run_trees(
-    done: Sentences, face: TalkingFace, folder: Path | None = None, model: str = "tex_cst"
-) -> dict[str, Tree]:
+def run_trees(done: Sentences, face: TalkingFace, folder: Path, model: str) -> dict[str, Tree]:
     """Figure 7: trees of vowels and of consonants, from the tracked sentences.
 
     Parameters
     ----------
-    folder : Path, optional
+    folder : Path
         Gets the figure.
     model : str
         With which they were tracked; the paper's is tex_cst.
@@ -218,6 +216,5 @@ def run_trees(
         inside = [s for s in run.filmed.utterance.segments if s.middle * RATE < len(points)]
         said.append((inside, RATE, points))
     trees = {kind: phoneme_tree(own) for kind, own in faces_at_centres(said).items()}
-    if folder is not None:
-        (folder / TREES).write_bytes(figure_bytes(trees_figure(trees), "svg"))
+    (folder / TREES).write_bytes(figure_bytes(trees_figure(trees), "svg"))
     return trees

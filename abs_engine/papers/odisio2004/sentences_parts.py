@@ -21,7 +21,6 @@ from abs_engine.papers.odisio2004.sentences_filmed import film_sentence
 from abs_engine.papers.odisio2004.sentences_work import Job, Work
 from abs_engine.papers.odisio2004.sequence import AS_PRINTED
 from abs_engine.papers.odisio2004.sequence_measure import by_articulation, practise
-from abs_engine.papers.odisio2004.teleconference import FIGURE as FIGURE_10
 from abs_engine.papers.odisio2004.teleconference import run_teleconference
 from abs_engine.papers.odisio2004.trees import CONSONANTS, VOWELS
 from abs_engine.papers.odisio2004.unassisted import unassisted
@@ -131,16 +130,7 @@ def jobs_of(amount: Amount) -> list[Job]:
 
 def teleconference_part(report: Report, speech: Speech) -> None:
     """Figure 10 and the errors with the worn camera."""
-    report.stage("teleconference", lambda own: _teleconference(own, speech))
-
-
-def _teleconference(report: Report, speech: Speech) -> None:
-    done = run_teleconference(
-        report.speaker, speech, report.renderer, report.folder, seed=report.seed,
-        tell=report.tell, frames=report.amount.worn, kept=report.kept / "worn",
-    )  # fmt: skip
-    report.results["teleconference"] = done.told()
-    report.figures.append((FIGURE_10, "Figure 10: a sequence that a worn camera filmed."))
+    report.stage("teleconference", lambda own: run_teleconference(own, speech))
 
 
 def unassisted_part(report: Report, speech: Speech) -> None:

@@ -208,7 +208,7 @@ def track_job(work: Work, job: Job, speaker: Speaker, renderer: Renderer) -> Non
         how = work.how(model)
         found = track(
             work.face, model, filmed.pictures, filmed.camera, filmed.poses[0], shape.neutral,
-            renderer, how, work.postures, None,
+            renderer, how, work.postures,
             work.kept.journal(job.sentence.name, model, how),
         )  # fmt: skip
         work.kept.save(job.sentence.name, model, how, found)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import ExitStack
+from collections.abc import Iterable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -123,7 +123,6 @@ def track(
     renderer: Renderer,
     settings: Settings | None = None,
     postures: FloatArray | None = None,
-    progress: Callable[[int], None] | None = None,
     kept: Path | None = None,
 ) -> Tracked:
     """Track a sequence.
@@ -143,8 +142,6 @@ def track(
     settings : Settings, optional
     postures : (V, P) float64, optional
         Of the corpus, from which a search may start again.
-    progress : callable, optional
-        Called with the number of frames done.
     kept : Path, optional
         Journal of the frames, of which an interrupted run did the first.
 
@@ -161,19 +158,14 @@ def track(
     setting = clip_setting(face, name, camera, renderer, how, postures)
     rows: list[FrameResult] = []
     start = at_rest(pose, np.asarray(alpha, np.float64))
-    with ExitStack() as open_files:
-        journal = None
-        if kept is not None:
-            journal = FrameJournal(kept, fingerprint((setting, start, face, name, how)))
-            open_files.enter_context(journal)
+    own = kept and FrameJournal(kept, fingerprint((setting, start, face, name, how)))
+    with own or nullcontext() as journal:
         for _, result in track_frames(setting, pictures, start, journal):
             if not result.found:
                 raise OutOfPictureError(
                     f"frame {result.index}: {result.status}", "start where the face is"
                 )
             rows.append(result)
-            if progress is not None:
-                progress(len(rows))
     if not rows:
         raise ParameterError("the sequence has no picture", "give at least one")
     again = journal is not None and journal.resumed

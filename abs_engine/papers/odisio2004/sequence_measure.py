@@ -61,7 +61,7 @@ def compare_searches(
     filmed: Filmed,
     renderer: Renderer,
     which: Mapping[str, Settings],
-    kept: Path | None = None,
+    kept: Path,
 ) -> dict[str, Measured]:
     """Track one sequence with several searches.
 
@@ -73,15 +73,15 @@ def compare_searches(
         Of appearance.
     filmed : Filmed
         Of `french.PRACTICE`, so that nothing is chosen on what is reported.
-    kept : Path, optional
+    kept : Path
         Folder that gets the frames, and has those of an interrupted run.
     """
     out = {}
     for k, (name, how) in enumerate(which.items()):
         found = track(
             face, model, filmed.pictures, filmed.camera, filmed.poses[0],
-            face.shape.neutral, renderer, how, speech.built.alpha, None,
-            None if kept is None else kept / f"{k}.journal",
+            face.shape.neutral, renderer, how, speech.built.alpha,
+            kept / f"{k}.journal",
         )  # fmt: skip
         points = np.array([face.shape.points(row) for row in found.alpha])
         away = ((points - filmed.points) ** 2).sum(axis=2)
@@ -136,7 +136,7 @@ def by_articulation(
 
 
 def practise(
-    speech: Speech, face: TalkingFace, filmed: Filmed, renderer: Renderer, kept: Path | None = None
+    speech: Speech, face: TalkingFace, filmed: Filmed, renderer: Renderer, kept: Path
 ) -> list[dict[str, str | float]]:
     """A table of all of it: searches and stopping rules of both linear models, and variants.
 
@@ -146,13 +146,13 @@ def practise(
         The corpus that `face` was learned from.
     filmed : Filmed
         Of `french.PRACTICE`.
-    kept : Path, optional
+    kept : Path
         As of `compare_searches`.
     """
     rows: list[dict[str, str | float]] = []
 
     def add(model: str, own: TalkingFace, which: Mapping[str, Settings]) -> None:
-        aside = None if kept is None else kept / f"{len(rows)}"
+        aside = kept / f"{len(rows)}"
         found = compare_searches(speech, own, model, filmed, renderer, which, aside)
         rows.extend({"what": name, "model": model, **asdict(m)} for name, m in found.items())
 

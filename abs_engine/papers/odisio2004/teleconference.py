@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +19,12 @@ from abs_engine.face.articulated import FaceShape
 from abs_engine.face.talking import TalkingFace
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.settings import LEARNING
+from abs_engine.papers.odisio2004.gathered import Report
 from abs_engine.papers.odisio2004.sentences_figures import curves_figure
 from abs_engine.papers.odisio2004.sentences_filmed import Filmed, cut, film_plan, plan_sentence
-from abs_engine.papers.odisio2004.sentences_scores import Curves
 from abs_engine.papers.odisio2004.sentences_scores import curves as curves_of
 from abs_engine.papers.odisio2004.sentences_work import settings_of
-from abs_engine.papers.odisio2004.sequence import Tracked, track
+from abs_engine.papers.odisio2004.sequence import track
 from abs_engine.papers.odisio2004.visemes import Speech
 from abs_engine.report.drawing.figure import figure_bytes
 from abs_engine.studio.cameras import stand
@@ -34,7 +32,6 @@ from abs_engine.studio.french import SENTENCES, Sentence
 from abs_engine.studio.plan import ClipPlan, compose, vectors
 from abs_engine.studio.scenefile import CameraEntry
 
-FIGURE = "figure10.svg"
 BEADS = 12
 """'Only a few beads, sufficient to compute reliably a direct inversion'; none are on the lips."""
 POINTS, FRAMES = 51, 75
@@ -46,28 +43,6 @@ PLACE = (0.0, -35.0, 260.0)
 FOCAL = 1.1
 """In widths of the picture."""
 TRAINING, HELD_OUT = SENTENCES[3], SENTENCES[27]
-Tell = Callable[[str], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Teleconference:
-    """Tracked sequences.
-
-    Parameters
-    ----------
-    tracked : dict of str to Tracked
-        ``tex_cst``, ``la_lin`` on the sequence that they were learned from, and both on another
-        one, ``tex_cst_heldout`` and ``la_lin_heldout``.
-    """
-
-    tracked: dict[str, Tracked]
-    curves: dict[str, Curves]
-
-    def told(self) -> dict[str, dict[str, float]]:
-        """For ``results.json``."""
-        return {
-            name: {**own.told(), "frames": float(len(own.rms))} for name, own in self.curves.items()
-        }
 
 
 def plan_worn(
@@ -125,57 +100,36 @@ def learn_at_once(
     return TalkingFace(shape, texture, texture, local, local.constant())
 
 
-def run_teleconference(
-    speaker: Speaker,
-    speech: Speech,
-    renderer: Renderer,
-    folder: Path | None = None,
-    *,
-    seed: int = 0,
-    frames: int | None = None,
-    tell: Tell = lambda _text: None,
-    kept: Path | None = None,
-) -> Teleconference:
-    """Film two sequences with a worn camera, learn from the first, and track both.
+def run_teleconference(report: Report, speech: Speech) -> None:
+    """Figure 10 and errors with a worn camera; appearance is learned from one of two sequences.
 
-    The camera moves with the head, and its pose is known: only the articulation is sought.
-
-    Parameters
-    ----------
-    speech : Speech
-        The corpus that the shape was learned from.
-    folder : Path, optional
-        Gets figure 10.
-    frames : int, optional
-        How many of each sequence are tracked, from its start; by default all that were filmed.
-        What is learned is learned from all.
-    tell : callable
-        Called with what is done next.
-    kept : Path, optional
-        Folder that gets the frames, and has those of an interrupted run.
+    The camera moves with the head, and its pose is known: only the articulation is sought. What is
+    learned is learned from all frames that were filmed, also where fewer are tracked.
 
     Raises
     ------
     StudioError
         If pyrender cannot draw on this machine.
     """
-    shape = speech.shape
-    tell("filming with the worn camera")
-    own, beads = film_worn(speaker, speech.person, TRAINING, shape, seed)
-    other, _ = film_worn(speaker, speech.person, HELD_OUT, shape, seed)
-    face = learn_at_once(shape, own, beads, renderer)
-    tracked, curves = {}, {}
+    shape, frames = speech.shape, report.amount.worn
+    report.tell("filming with the worn camera")
+    own, beads = film_worn(report.speaker, speech.person, TRAINING, shape, report.seed)
+    other, _ = film_worn(report.speaker, speech.person, HELD_OUT, shape, report.seed)
+    face = learn_at_once(shape, own, beads, report.renderer)
+    curves = {}
     for suffix, filmed in (("", own), ("_heldout", other)):
         for model in ("tex_cst", "la_lin"):
-            tell(f"tracking {filmed.name} with {model}")
+            report.tell(f"tracking {filmed.name} with {model}")
             name = model + suffix
-            tracked[name] = track(
+            tracked = track(
                 face, model, filmed.pictures[:frames], filmed.camera, filmed.poses[0],
-                shape.neutral, renderer, replace(settings_of(model), pose_known=True),
-                speech.built.alpha, None, None if kept is None else kept / f"{name}.journal",
+                shape.neutral, report.renderer, replace(settings_of(model), pose_known=True),
+                speech.built.alpha, report.kept / "worn" / f"{name}.journal",
             )  # fmt: skip
-            curves[name] = curves_of(speaker, shape, filmed, tracked[name])
-    if folder is not None:
-        shown = {name: curves[name] for name in ("tex_cst", "la_lin")}
-        (folder / FIGURE).write_bytes(figure_bytes(curves_figure(shape, own, shown), "svg"))
-    return Teleconference(tracked, curves)
+            curves[name] = curves_of(report.speaker, shape, filmed, tracked)
+    report.results["teleconference"] = {
+        name: {**one.told(), "frames": float(len(one.rms))} for name, one in curves.items()
+    }
+    shown = {name: curves[name] for name in ("tex_cst", "la_lin")}
+    figure = figure_bytes(curves_figure(shape, own, shown), "svg")
+    report.figure("figure10.svg", figure, "Figure 10: a sequence that a worn camera filmed.")
