@@ -44,8 +44,8 @@ if TYPE_CHECKING:
     from abs_engine.fit.view import View
     from abs_engine.io.assets import Speaker, load_speaker
     from abs_engine.optimise.base import Solution
+    from abs_engine.optimise.by_nlopt import Simplex
     from abs_engine.optimise.drivers import Driver
-    from abs_engine.optimise.simplex import Simplex
     from abs_engine.render.diagnose import diagnose
     from abs_engine.render.select import open_renderer
     from abs_engine.report.demo import film_clip, run_demo
@@ -77,7 +77,7 @@ _HOME = {
     "Renderer": "core.scene",
     "Buffers": "core.buffers",
     "open_renderer": "render.select",
-    "Simplex": "optimise.simplex",
+    "Simplex": "optimise.by_nlopt",
     # the lips in a video
     "track": "tracking.api",
     "Run": "tracking.run_in_memory",

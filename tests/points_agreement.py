@@ -33,10 +33,9 @@ from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.files import png
 from abs_engine.learn.articulated import face_shape
 from abs_engine.learn.articulatory import build
-from abs_engine.learn.bite import bite_plane_of
 from abs_engine.learn.corpus_dots import corpus_dots
 from abs_engine.learn.measured.face import measured_face
-from abs_engine.learn.spoken import SpokenCorpus
+from abs_engine.learn.spoken import SpokenCorpus, bite_plane_of
 from abs_engine.learn.talking import learn_face
 from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004.filmed import film_visemes, read_visemes, sightings

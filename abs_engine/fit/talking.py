@@ -25,14 +25,14 @@ from abs_engine.face.talking import MODELS, TEXTURES, TalkingFace
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import TALKING_FIT
 from abs_engine.optimise.base import Solution
-from abs_engine.optimise.simplex import Simplex
+from abs_engine.optimise.by_nlopt import Simplex
 
 TEXTURE, LOCAL = "texture", "local"
 """Names of the evidence of textures and of local appearance."""
 
 
 class Solver(Protocol):
-    """Minimiser of a talking face: `optimise.simplex.Simplex` and the others of `optimise`."""
+    """Minimiser of a talking face: `optimise.by_nlopt.Simplex` and the others of `optimise`."""
 
     def minimise(
         self, objective: Objective, start: FloatArray, spec: ParamSpec, step: float = 1.0

@@ -16,10 +16,10 @@ from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.anchored import Held, Quadratic, check_quadratic
 from abs_engine.optimise.base import Solution
+from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.optimise.history import checked_start
 from abs_engine.optimise.levenberg import LevenbergMarquardt
 from abs_engine.optimise.settings import SOLVING
-from abs_engine.optimise.simplex import Simplex
 
 _FEWEST = 2  # axes of a simplex
 
@@ -52,7 +52,7 @@ class AxesSimplex:
     def minimise(
         self, objective: Quadratic, start: FloatArray, spec: ParamSpec, _step: float = 1.0
     ) -> Solution:
-        """Minimise from `start`; parameters and errors as `simplex.Simplex.minimise`.
+        """Minimise from `start`; parameters and errors as `by_nlopt.Simplex.minimise`.
 
         Raises
         ------

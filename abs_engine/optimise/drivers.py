@@ -10,12 +10,11 @@ from abs_engine.core.errors import PluginError
 from abs_engine.core.foreign import blamed, own
 from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
 from abs_engine.optimise.axes import AxesSimplex
-from abs_engine.optimise.derivative_free import DerivativeFree
+from abs_engine.optimise.by_nlopt import DerivativeFree, Simplex
 from abs_engine.optimise.levenberg import LevenbergMarquardt
 from abs_engine.optimise.newton import Newton
 from abs_engine.optimise.restarted import RestartedSimplex
 from abs_engine.optimise.settings import SOLVING
-from abs_engine.optimise.simplex import Simplex
 from abs_engine.optimise.variations import LocalVariations
 
 Need = Literal["values", "forces", "residuals", "borders"]

@@ -41,7 +41,7 @@ class LevenbergMarquardt:
     def minimise(
         self, objective: Quadratic, start: FloatArray, spec: ParamSpec, step: float = 1.0
     ) -> Solution:
-        """Minimise from `start`; parameters and errors as `simplex.Simplex.minimise`.
+        """Minimise from `start`; parameters and errors as `by_nlopt.Simplex.minimise`.
 
         Raises
         ------

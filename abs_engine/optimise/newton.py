@@ -81,7 +81,7 @@ class Newton:
     def minimise(
         self, objective: Curved, start: FloatArray, spec: ParamSpec, _step: float = 1.0
     ) -> Solution:
-        """Minimise from `start`; parameters and errors as `simplex.Simplex.minimise`.
+        """Minimise from `start`; parameters and errors as `by_nlopt.Simplex.minimise`.
 
         Raises
         ------

@@ -10,8 +10,8 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.objective import Objective
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution, unit_of
+from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.optimise.settings import SOLVING
-from abs_engine.optimise.simplex import Simplex
 
 
 @dataclass(frozen=True)

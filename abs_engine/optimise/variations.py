@@ -37,7 +37,7 @@ class LocalVariations:
     def minimise(
         self, objective: Objective, start: FloatArray, spec: ParamSpec, step: float = 1.0
     ) -> Solution:
-        """Minimise from `start`; parameters and errors as `simplex.Simplex.minimise`."""
+        """Minimise from `start`; parameters and errors as `by_nlopt.Simplex.minimise`."""
         x = checked_start(start, spec)
         history = History(objective, self.limit)
         rounds = 0

@@ -21,8 +21,8 @@ from abs_engine.fit.head_frame import COLOUR, best_start, contact_prior, head_pr
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.shared import SharedProblem, shared_blocks
 from abs_engine.optimise.base import Solution
+from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.optimise.newton import Newton
-from abs_engine.optimise.simplex import Simplex
 from abs_engine.tracking.calibration_views import Stand
 from abs_engine.tracking.mouth_search import CalibrationFrame, place_mouth, shifted
 from abs_engine.tracking.settings.preparation import PREPARATION

@@ -19,7 +19,7 @@ from abs_engine.face.talking import TalkingFace
 from abs_engine.fit.settings import TALKING_FIT
 from abs_engine.fit.talking import talking_problem
 from abs_engine.io.assets import Speaker
-from abs_engine.optimise.simplex import Simplex
+from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.tracking.face_detection import find_faces
 from abs_engine.tracking.landmark_correspondence import Correspondence
 from abs_engine.tracking.landmark_fit import sound_fit

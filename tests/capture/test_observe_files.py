@@ -11,7 +11,7 @@ import pytest
 from marker_files import write_c3d, write_long, write_wide
 
 from abs_engine.capture.dot_annotations import LIPS17, Mark, initial_places, read_marks, write_marks
-from abs_engine.capture.headfiles import read_head_poses, read_reference
+from abs_engine.capture.head import read_head_poses, read_reference
 from abs_engine.capture.markers import read_markers
 from abs_engine.capture.observations import Observations, read_observations, write_observations
 from abs_engine.cli import main

@@ -16,7 +16,7 @@ from results import clip, write_dataset
 from runs import write_broken, write_noise, write_speaker
 
 from abs_engine.capture.dot_annotations import read_marks
-from abs_engine.capture.headfiles import read_reference
+from abs_engine.capture.head import read_reference
 from abs_engine.cli import main
 from abs_engine.cli.parts import drawing
 from abs_engine.cli.parts import progress as progress_module

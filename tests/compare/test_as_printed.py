@@ -18,7 +18,7 @@ from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.talking import TalkingFace
 from abs_engine.fit.settings import TALKING_FIT
 from abs_engine.fit.talking import talking_problem
-from abs_engine.optimise.simplex import Simplex
+from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.papers.odisio2004 import sentences_parts, sentences_work, sequence
 from abs_engine.papers.odisio2004.gathered import FULL, QUICK, Report
 from abs_engine.papers.odisio2004.page import reproduction_page

@@ -27,7 +27,7 @@ from abs_engine.face.appearance.texture import learn_texture
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import TALKING_FIT
-from abs_engine.optimise.simplex import Simplex
+from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.render.cpu import CpuRenderer
 
 RENDERER = CpuRenderer()

@@ -13,8 +13,8 @@ from abs_engine.compare.prior import ContactPrior, GaussianPrior, InformationPri
 from abs_engine.core.errors import ParameterError
 from abs_engine.fit.head_frame import COLOUR, contact_prior, mouth_window
 from abs_engine.fit.search import search
+from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.optimise.newton import Newton
-from abs_engine.optimise.simplex import Simplex
 
 LIPS, DARK = (2, 3), 6
 NONE = np.zeros(MODEL.n_person)

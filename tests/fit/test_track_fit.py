@@ -28,7 +28,7 @@ from abs_engine.fit.head_frame import (
 )
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import HEAD_FIT
-from abs_engine.optimise.simplex import Simplex
+from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.raster import OpenGLRenderer
 from abs_engine.tracking.identity_fit import POSE_DEVIATION

@@ -8,7 +8,7 @@ import pytest
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
-from abs_engine.optimise.simplex import Simplex
+from abs_engine.optimise.by_nlopt import Simplex
 
 
 def spec(n: int = 2, reach: float = 5.0, scale: float = 0.5) -> ParamSpec:

@@ -9,10 +9,9 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.axes import AxesSimplex
-from abs_engine.optimise.derivative_free import METHODS, DerivativeFree
+from abs_engine.optimise.by_nlopt import METHODS, DerivativeFree, Simplex
 from abs_engine.optimise.levenberg import LevenbergMarquardt
 from abs_engine.optimise.restarted import RestartedSimplex
-from abs_engine.optimise.simplex import Simplex
 from abs_engine.optimise.variations import LocalVariations
 
 MIDDLE = np.array([1.0, -0.5, 0.3])

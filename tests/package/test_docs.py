@@ -24,7 +24,7 @@ from abs_engine import __all__ as public
 from abs_engine import load_articulatory
 from abs_engine.cli.program import PROGRAM
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS
-from abs_engine.papers.basu1998.remarks import REMARKS
+from abs_engine.papers.basu1998.summary import REMARKS
 from abs_engine.papers.odisio2004.goals import GOALS
 from abs_engine.report.articulation.predictor_file import read_predictors
 

@@ -15,7 +15,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.fit.shell import shell_window
 from abs_engine.io.assets import load_speaker
-from abs_engine.papers.basu1998.error_plot import error_plot
+from abs_engine.papers.basu1998.collected import error_plot
 from abs_engine.papers.basu1998.experiment import TrainedLips, learn_lips
 from abs_engine.papers.basu1998.motion import authored_motion
 from abs_engine.papers.basu1998.page import DRIVERS, reproduction_page

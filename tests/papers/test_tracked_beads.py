@@ -13,8 +13,8 @@ from abs_engine.capture.triangulate import triangulate
 from abs_engine.capture.view import View
 from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import load_speaker
-from abs_engine.learn.bite import bite_plane_of
 from abs_engine.learn.corpus_dots import corpus_dots
+from abs_engine.learn.spoken import bite_plane_of
 from abs_engine.papers.odisio2004 import bead_session as room
 from abs_engine.papers.odisio2004.tracked_beads import tracked_corpus
 from abs_engine.studio.corpus import speak_corpus

@@ -12,7 +12,7 @@ import pytest
 from abs_engine.core.errors import CalibrationError, FaceNotFoundError
 from abs_engine.face.talking_file import save_talking
 from abs_engine.io.assets import load_speaker
-from abs_engine.learn.bite import bite_plane_of
+from abs_engine.learn.spoken import bite_plane_of
 from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004 import unassisted as room
 from abs_engine.papers.odisio2004 import unassisted_faces as faces_room

@@ -205,8 +205,7 @@ def _views(files: Sequence[Path], videos: Sequence[Path]) -> list[View]:
 
 
 def _head(chosen: Chosen, frames: int) -> HeadChoice:
-    from abs_engine.capture.head import HeadChoice
-    from abs_engine.capture.headfiles import read_head_poses, read_reference
+    from abs_engine.capture.head import HeadChoice, read_head_poses, read_reference
 
     rigid = tuple(n.strip() for n in (chosen.rigid or "").split(",") if n.strip())
     if chosen.reference is not None and not rigid:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.compare.forces import Rule as Integral
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
@@ -22,7 +22,6 @@ from abs_engine.fit.shell import POSE_FREE, ShellSetting
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.training import Training, train
 from abs_engine.papers.basu1998.motion import Motion, observed_motion, spoken_motion
-from abs_engine.papers.basu1998.placing import BlobPlaces
 from abs_engine.papers.basu1998.single_frames import (
     AS_PRINTED,
     ITERATIONS,
@@ -32,7 +31,9 @@ from abs_engine.papers.basu1998.single_frames import (
     typical_shapes,
 )
 from abs_engine.tracking.blob_start import mouth_model as head_model
+from abs_engine.tracking.blobs import find_lips
 from abs_engine.tracking.external_poses import GivenMotion
+from abs_engine.tracking.frame_state import HeadFrame, Memory
 from abs_engine.tracking.head_tracking import HeadMotion
 from abs_engine.tracking.shells import BY_BLOB
 
@@ -163,6 +164,40 @@ def _journal(kept: Path | None, camera: str) -> Path | None:
 def poses_of(view: Truth) -> tuple[Pose, ...]:
     """The head's true pose in every frame."""
     return tuple(view.pose(frame) for frame in range(len(view)))
+
+
+@dataclass(frozen=True, eq=False)
+class BlobPlaces:
+    """Depth and rotation are given, the place in the picture is that of the lips' blob (5.3).
+
+    Parameters
+    ----------
+    given : tuple of (Pose or None)
+        Head to camera in each frame.
+    """
+
+    given: tuple[Pose | None, ...]
+    classes: ColourClasses
+
+    def follower(self) -> BlobPlacer:
+        """Filter that finds the blobs."""
+        return BlobPlacer(self)
+
+
+class BlobPlacer:
+    """Finds the lips' blob in each frame by itself."""
+
+    def __init__(self, motion: BlobPlaces) -> None:
+        self._classes, self._poses = motion.classes, GivenMotion(motion.given).follower()
+
+    def step(self, image: Image, memory: Memory) -> HeadFrame:
+        """The next frame with its blob; without one, no pose."""
+        frame, blob = self._poses.step(image, memory), find_lips(self._classes, image)
+        return frame._replace(pose=None if blob is None else frame.pose, blob=blob)
+
+    def finish(self) -> None:
+        """Say that there are no more frames."""
+        self._poses.finish()
 
 
 def placed_by_blob(

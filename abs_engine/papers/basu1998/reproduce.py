@@ -56,9 +56,16 @@ from abs_engine.papers.basu1998.motion import (
 from abs_engine.papers.basu1998.page import reproduction_page
 from abs_engine.papers.basu1998.real_clips import grid_agreement
 from abs_engine.papers.basu1998.recorded_training import recorded_training
-from abs_engine.papers.basu1998.remarks import REMARKS
 from abs_engine.papers.basu1998.single_frames import AS_PRINTED
-from abs_engine.papers.basu1998.summary import FURTHER, LITERAL, WAYS, Fits, fitted, seconds
+from abs_engine.papers.basu1998.summary import (
+    FURTHER,
+    LITERAL,
+    REMARKS,
+    WAYS,
+    Fits,
+    fitted,
+    seconds,
+)
 from abs_engine.papers.basu1998.viseme_information import SYLLABLES, viseme_information
 
 QUICK_SYLLABLES = 30

@@ -31,12 +31,11 @@ from abs_engine.fit.terms import term_kinds
 from abs_engine.fit.view import View
 from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
 from abs_engine.optimise.base import Solution
-from abs_engine.optimise.simplex import Simplex
-from abs_engine.papers.basu1998.placing import Clock
+from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.frame_journal import FrameJournal, fingerprint
-from abs_engine.tracking.frame_state import Motion
+from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory, Motion
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
 from abs_engine.tracking.shell_frame import ShellBinder
@@ -119,6 +118,27 @@ def typical_shapes(
     centres = kmeans2(seen, count, seed=seed, minit="++", missing="warn")[0] if count > 1 else seen
     centres = centres[np.isfinite(centres).all(axis=1)]
     return np.vstack([np.zeros((1, seen.shape[1])), centres])
+
+
+class Clock:
+    """Follows as another does, and remembers when it was done: then the fit begins."""
+
+    def __init__(self, own: Follower) -> None:
+        self._own, self.begun = own, 0.0
+
+    def follower(self) -> Clock:
+        """Follower of the blobs, which is this value itself."""
+        return self
+
+    def step(self, image: Image, memory: Memory) -> HeadFrame:
+        """The next frame with the head's pose."""
+        frame = self._own.step(image, memory)
+        self.begun = time.perf_counter()
+        return frame
+
+    def finish(self) -> None:
+        """Say that there are no more frames."""
+        self._own.finish()
 
 
 def fit_frames(

@@ -17,8 +17,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.dataset.codec import BOARD as BOARD_CODE
-from abs_engine.learn.bite import bite_plane_of
-from abs_engine.learn.spoken import SpokenCorpus
+from abs_engine.learn.spoken import SpokenCorpus, bite_plane_of
 from abs_engine.studio.appearance.look import Light, Look
 from abs_engine.studio.board_mesh import printed
 from abs_engine.studio.corpus import viseme_weights

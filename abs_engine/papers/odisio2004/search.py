@@ -18,10 +18,9 @@ from abs_engine.face.talking import TalkingFace
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import TALKING_FIT
 from abs_engine.fit.talking import Solver, talking_problem
-from abs_engine.optimise.derivative_free import DerivativeFree
+from abs_engine.optimise.by_nlopt import DerivativeFree, Simplex
 from abs_engine.optimise.levenberg import LevenbergMarquardt
 from abs_engine.optimise.restarted import RestartedSimplex
-from abs_engine.optimise.simplex import Simplex
 from abs_engine.optimise.variations import LocalVariations
 from abs_engine.papers.odisio2004.visemes import Speech
 

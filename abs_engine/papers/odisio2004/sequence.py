@@ -21,7 +21,7 @@ from abs_engine.face.talking import TalkingFace, as_face
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.talking import talking_problem
 from abs_engine.optimise.axes import AxesSimplex
-from abs_engine.optimise.simplex import Simplex
+from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.papers.odisio2004.frame_before import FrameBefore, TalkBinder
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.frame_journal import FrameJournal, fingerprint

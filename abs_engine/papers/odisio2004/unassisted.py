@@ -23,7 +23,7 @@ from abs_engine.core.provenance import code_digest
 from abs_engine.dataset import Truth, load_truth
 from abs_engine.face.talking_file import StoredTalker, load_talking
 from abs_engine.io.naming import made_before
-from abs_engine.learn.bite import bite_plane_of
+from abs_engine.learn.spoken import bite_plane_of
 from abs_engine.papers.odisio2004.filmed import SIZE
 from abs_engine.papers.odisio2004.gathered import Report
 from abs_engine.papers.odisio2004.sentences import in_spread_order

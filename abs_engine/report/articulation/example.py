@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
-from abs_engine.learn.bite import upper_teeth_of
-from abs_engine.learn.spoken import SpokenCorpus
+from abs_engine.learn.spoken import SpokenCorpus, upper_teeth_of
 from abs_engine.report.articulation.predictor_file import predictors_text
 
 POINTS, ROLES, PREDICTORS = "points.csv", "roles.csv", "predictors.toml"

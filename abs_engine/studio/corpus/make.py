@@ -12,9 +12,8 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.schema import Pair, Unit, by_unit
 from abs_engine.io.assets import Speaker
-from abs_engine.learn.bite import bite_plane_of
 from abs_engine.learn.choice import choose_points
-from abs_engine.learn.spoken import SpokenCorpus
+from abs_engine.learn.spoken import SpokenCorpus, bite_plane_of
 from abs_engine.studio.corpus.subtle import as_it_happens, subtle
 from abs_engine.studio.corpus.visemes import PAPER_VISEMES, SILENT, spelled
 from abs_engine.studio.speech import articulate, parse_phonemes
