@@ -12,6 +12,7 @@ alternative that the paper leaves for later.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 from typing import Protocol
@@ -68,15 +69,7 @@ class Forces:
         ParameterError
             If `start` is not finite or has another length than `spec`.
         """
-        return _climb(
-            objective,
-            objective.push,
-            start,
-            spec,
-            self.tolerance * unit_of(objective),
-            self.limit,
-            1,
-        )
+        return _climb(self, objective, objective.push, start, spec, cost=1)
 
 
 class Yielding(Pushed, Protocol):
@@ -161,41 +154,32 @@ class Gradient:
             steepest = np.linalg.norm(slope)
             return -spec.scale * slope / steepest if steepest > 0 else np.zeros_like(x)
 
-        return _climb(
-            objective,
-            downhill,
-            start,
-            spec,
-            self.tolerance * unit_of(objective),
-            self.limit,
-            2 * len(spec),
-        )
-
-
-class _Direction(Protocol):
-    def __call__(self, x: FloatArray) -> FloatArray: ...
+        return _climb(self, objective, downhill, start, spec, cost=2 * len(spec))
 
 
 def _climb(
+    solver: Forces | Gradient,
     objective: Batched,
-    direction: _Direction,
+    direction: Callable[[FloatArray], FloatArray],
     start: FloatArray,
     spec: ParamSpec,
-    tolerance: float,
-    limit: int,
     cost: int,
 ) -> Solution:
     """Walk along `direction`, whose every call costs `cost` evaluations."""
+    tolerance, limit = solver.tolerance * unit_of(objective), solver.limit
     x, parts = checked_start(start, spec), _parts(spec)
     value, moved, stride = objective(x).value, np.zeros_like(x), 1.0
     trace, spent = [value], 1
     for iteration in range(1, limit + 1):
         ways = parts * _bounded(direction(x), spec)
         spent += cost
-        multiples = _multiples(ways)
+        each = [SOLVING.strides if way.any() else (0.0,) for way in ways]
+        multiples = np.array(list(product(*each)))  # (S, K): strides of the parts, each with each
         gain, stride = 0.0, max(stride, SOLVING.shortest)
         while gain <= 0 and stride >= SOLVING.shortest and ways.any():
-            tried = spec.clip(_tries(x, stride * multiples @ ways, moved))
+            along = x + stride * multiples @ ways
+            shares = SOLVING.memory if moved.any() else (0.0,)
+            tried = spec.clip(np.vstack([along + share * moved for share in shares]))
             values = np.nan_to_num(objective.values(tried), nan=np.inf)
             spent += len(tried)
             trace += values.tolist()
@@ -215,20 +199,6 @@ def _parts(spec: ParamSpec) -> BoolArray:
     """Masks (K, N) of the parameters that share a stride: the pose's, and the shape's."""
     shape = np.array([unit == "sd" for unit in spec.units], bool)
     return np.array([part for part in (~shape, shape) if part.any()], bool).reshape(-1, len(spec))
-
-
-def _multiples(ways: FloatArray) -> FloatArray:
-    """Strides (S, K) to try of K parts of a direction, each with each; 0 for parts without one."""
-    each = [SOLVING.strides if way.any() else (0.0,) for way in ways]
-    return np.array(list(product(*each)))
-
-
-def _tries(x: FloatArray, steps: FloatArray, moved: FloatArray) -> FloatArray:
-    """Places (B, N) to look at: steps (S, N), with multiples of the step before."""
-    along = x + steps
-    return np.vstack(
-        [along + share * moved for share in (SOLVING.memory if moved.any() else (0.0,))]
-    )
 
 
 def _ended(

@@ -19,9 +19,9 @@ from abs_engine.papers.odisio2004 import unassisted_faces as faces_room
 from abs_engine.papers.odisio2004.gathered import FULL, QUICK, Report
 from abs_engine.papers.odisio2004.goals import NOT_MEASURED
 from abs_engine.papers.odisio2004.page import reproduction_page
-from abs_engine.papers.odisio2004.reproduce import FACE
+from abs_engine.papers.odisio2004.reproduce import FACE, FILMED
 from abs_engine.papers.odisio2004.sentences_filmed import plan_sentence
-from abs_engine.papers.odisio2004.sentences_parts import FILMED, unassisted_part
+from abs_engine.papers.odisio2004.sentences_parts import unassisted_part
 from abs_engine.papers.odisio2004.unassisted_faces import KnownFace, faces_of
 from abs_engine.papers.odisio2004.visemes import film_speech
 from abs_engine.render.cpu import CpuRenderer

@@ -157,21 +157,12 @@ def _table_1(results: Results) -> str:
 
 
 def _drivers(results: Results) -> str:
+    named = [(name, _integral(results, key), f"drivers.{key}") for key, name in DRIVERS.items()]
+    blob = "from the blob, place fitted along: forces (ours)", _INTEGRALS["exact"], "blob"
     rows = [
-        (
-            name,
-            _integral(results, key),
-            *(_driven(number(results, f"drivers.{key}.{column}"), column) for column in _COLUMNS),
-        )
-        for key, name in DRIVERS.items()
+        (name, by, *(_driven(number(results, f"{key}.{column}"), column) for column in _COLUMNS))
+        for name, by, key in (*named, blob)
     ]
-    rows.append(
-        (
-            "from the blob, place fitted along: forces (ours)",
-            _INTEGRALS["exact"],
-            *(_driven(number(results, f"blob.{column}"), column) for column in _COLUMNS),
-        )
-    )
     what = (
         "<p>The posterior (section 5.4) is integrated over each facet by the exact sum over its "
         "visible pixels, or by one sample at its centre times its visible area (eq. 8). Values of "

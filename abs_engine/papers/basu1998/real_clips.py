@@ -80,7 +80,7 @@ class Agreement:
 
     def __add__(self, other: Agreement) -> Agreement:
         """Both together."""
-        return Agreement(*(a + b for a, b in zip(_values(self), _values(other), strict=True)))
+        return Agreement(**{name: own + getattr(other, name) for name, own in vars(self).items()})
 
     @property
     def precision(self) -> float:
@@ -91,10 +91,6 @@ class Agreement:
     def recall(self) -> float:
         """Share of the closed frames that are closed in the run."""
         return self.hits / max(1, self.labelled)
-
-
-def _values(agreement: Agreement) -> tuple[int, ...]:
-    return tuple(vars(agreement).values())
 
 
 def agreement(labels: ClosureLabels, run: dict[str, Any]) -> Agreement:

@@ -128,11 +128,15 @@ Seen = Callable[[Spoken, float], FloatArray]
 """Features (N, D) of lips at a yaw in degrees."""
 
 
-def scores(people: Sequence[Spoken], learned: Seen, seen: Seen) -> dict[str, list[float]]:
+def scores(
+    people: Sequence[Spoken], seen: Seen, learned: Seen | None = None
+) -> dict[str, list[float]]:
     """Error rates and transmitted bits at each of `YAWS`, each person left out in turn.
 
-    A discriminant of what is `learned` at a yaw is tested on what is `seen` at it.
+    A discriminant of what is `learned` at a yaw, by default what is seen, is tested on what is
+    `seen` at it.
     """
+    learned = learned or seen
     truth = np.concatenate([one.viseme for one in people])
     error, bits = [], []
     for yaw in YAWS:
@@ -162,22 +166,12 @@ def viseme_information(speaker: Speaker, seed: int, syllables: int = SYLLABLES) 
     people = [spoken(speaker, name, rng, syllables) for name in speaker.people]
     truth = np.concatenate([one.viseme for one in people])
 
-    def by_shape(one: Spoken, _: float) -> FloatArray:
-        return solid(one, rng)
-
-    def from_the_front(one: Spoken, _: float) -> FloatArray:
-        return flat(one, 0, 0, rng)
-
-    def from_aside(one: Spoken, yaw: float) -> FloatArray:
-        return flat(one, yaw, 0, rng)
-
-    def from_a_known_side(one: Spoken, yaw: float) -> FloatArray:
-        return flat(one, yaw, yaw, rng)
-
     return {
         "yaws": list(YAWS), "visemes": list(VISEMES), "samples": len(truth),
         "bits_at_most": transmitted(truth, truth),
-        "solid": scores(people, by_shape, by_shape),
-        "flat": scores(people, from_the_front, from_aside),
-        "flat_each_yaw": scores(people, from_a_known_side, from_a_known_side),
+        "solid": scores(people, lambda one, _: solid(one, rng)),
+        "flat": scores(
+            people, lambda one, yaw: flat(one, yaw, 0, rng), lambda one, _: flat(one, 0, 0, rng)
+        ),
+        "flat_each_yaw": scores(people, lambda one, yaw: flat(one, yaw, yaw, rng)),
     }  # fmt: skip

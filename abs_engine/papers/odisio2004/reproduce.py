@@ -74,10 +74,10 @@ def reproduce(report: Report, parts: tuple[Part, ...] = ()) -> dict[str, Any]:
     (folder / FILMED).mkdir(exist_ok=True)
     report.results |= _empty()
     report.tell("filming visemes with beads")
-    beaded = _filmed(report, "beads", BEADS)
+    beaded = filmed(report, "beads", BEADS)
     report.stage("shape", lambda own: _shape(own, beaded))
     report.tell("filming visemes of the bare face")
-    bare = _filmed(report, "bare", 0)
+    bare = filmed(report, "bare", 0)
     report.stage("visemes", lambda own: _visemes(own, beaded, bare))
     report.stage("face", lambda own: _face(own, bare))
     report.stage("search", lambda own: _search(own, bare))
@@ -113,11 +113,12 @@ def _empty() -> dict[str, Any]:
     }
 
 
-def _filmed(report: Report, name: str, beads: int) -> Speech:
+def filmed(report: Report, name: str, beads: int, size: tuple[int, int] | None = None) -> Speech:
+    """Filmed visemes of the report's person, by default as large as its amount says."""
+    folder, size = report.folder / FILMED / name, size or report.amount.size
     return film_speech(
-        report.speaker, report.person, report.folder / FILMED / name, beads=beads,
-        size=report.amount.size, seed=report.seed,
-    )  # fmt: skip
+        report.speaker, report.person, folder, beads=beads, size=size, seed=report.seed
+    )
 
 
 def _shape(report: Report, speech: Speech) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, fields, is_dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from abs_engine.io.files import unwritable
 from abs_engine.io.naming import settle
 from abs_engine.io.npz import read_npz
 from abs_engine.papers.odisio2004.sequence import Settings, Tracked
+from abs_engine.tracking.frame_journal import fingerprint
 
 FORMAT, VERSION = "abs_engine.tracked", 1
 _DIGITS = 12
@@ -117,25 +118,4 @@ class Kept:
 
 def digest(value: Any) -> str:
     """Short digest of nested dataclasses, arrays and numbers, by their content."""
-    found = hashlib.sha256()
-    _feed(found, value)
-    return found.hexdigest()[:_DIGITS]
-
-
-def _feed(into: Any, value: Any) -> None:
-    if is_dataclass(value) and not isinstance(value, type):
-        for field in fields(value):
-            into.update(field.name.encode())
-            _feed(into, getattr(value, field.name))
-    elif isinstance(value, np.ndarray):
-        into.update(f"{value.dtype}{value.shape}".encode())
-        into.update(np.ascontiguousarray(value).tobytes())
-    elif isinstance(value, Mapping):
-        for key, held in value.items():
-            into.update(str(key).encode())
-            _feed(into, held)
-    elif isinstance(value, list | tuple):
-        for held in value:
-            _feed(into, held)
-    else:
-        into.update(repr(value).encode())
+    return fingerprint(value)[:_DIGITS]

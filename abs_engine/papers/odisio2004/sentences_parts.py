@@ -7,7 +7,7 @@ from dataclasses import replace
 from abs_engine.face.talking import LOCALS, MODELS, TalkingFace
 from abs_engine.papers.odisio2004.filmed import SIZE
 from abs_engine.papers.odisio2004.gathered import Amount, Report
-from abs_engine.papers.odisio2004.reproduce import FILMED
+from abs_engine.papers.odisio2004.reproduce import filmed
 from abs_engine.papers.odisio2004.sentences import (
     FIGURE,
     TREES,
@@ -24,7 +24,7 @@ from abs_engine.papers.odisio2004.sequence_measure import by_articulation, pract
 from abs_engine.papers.odisio2004.teleconference import run_teleconference
 from abs_engine.papers.odisio2004.trees import CONSONANTS, VOWELS
 from abs_engine.papers.odisio2004.unassisted import unassisted
-from abs_engine.papers.odisio2004.visemes import Speech, film_speech
+from abs_engine.papers.odisio2004.visemes import Speech
 from abs_engine.studio.french import PRACTICE, SENTENCES
 
 TRACKED = "tracked"
@@ -40,10 +40,7 @@ def sentences_part(report: Report, speech: Speech) -> None:
     """Practice, figures 7 and 8, and the tables over the sentences; all in 320x240."""
     if speech.pictures.camera.size != SIZE:
         report.tell("filming visemes for the sentences")
-        speech = film_speech(
-            report.speaker, report.person, report.folder / FILMED / "sentences",
-            beads=speech.beads, size=SIZE, seed=report.seed,
-        )  # fmt: skip
+        speech = filmed(report, "sentences", speech.beads, SIZE)
     report.tell("learning appearance for the sentences")
     face = speech.learn(range(len(speech.pictures)), report.renderer)
     if report.amount.practised:
@@ -141,11 +138,7 @@ def unassisted_part(report: Report, speech: Speech) -> None:
 
 
 def _unassisted(report: Report, few: int) -> None:
-    bare = film_speech(
-        report.speaker, report.person, report.folder / FILMED / "bare",
-        beads=0, size=report.amount.size, seed=report.seed,
-    )  # fmt: skip
-    report.results["unassisted"] = unassisted(report, bare, few)
+    report.results["unassisted"] = unassisted(report, filmed(report, "bare", 0), few)
 
 
 PARTS = (sentences_part, teleconference_part, unassisted_part)

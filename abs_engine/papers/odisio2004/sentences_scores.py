@@ -87,10 +87,7 @@ class Closures:
 
     def __add__(self, other: Closures) -> Closures:
         """Those of both."""
-        return Closures(
-            self.spoken + other.spoken, self.closed + other.closed,
-            self.found + other.found, self.true + other.true,
-        )  # fmt: skip
+        return Closures(**{name: own + getattr(other, name) for name, own in vars(self).items()})
 
 
 def lip_size(shape: FaceShape, points: FloatArray) -> tuple[FloatArray, FloatArray]:
