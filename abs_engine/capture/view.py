@@ -73,7 +73,6 @@ class View:
 
     Parameters
     ----------
-    camera : Camera
     pose : Pose
         World to camera; by default the world is the camera's own frame.
     mirror : Plane, optional

@@ -36,8 +36,6 @@ class Run:
         Without its pictures.
     tracked : dict of str to Tracked
         By model; not every sentence need have all.
-    curves : dict of str to Curves
-    closures : dict of str to Closures
     """
 
     filmed: Filmed

@@ -129,17 +129,12 @@ def track(
 
     Parameters
     ----------
-    face : TalkingFace
     name : str
         Of the appearance model, of `face.talking.MODELS`.
-    pictures : iterable of (H, W, 3) uint8 RGB
-    camera : Camera
     pose : Pose
         Head to camera in the first frame, about; from `tracking.head_tracking.HeadMotion` or given.
     alpha : (P,) float64
         Posture in the first frame, about.
-    renderer : Renderer
-    settings : Settings, optional
     postures : (V, P) float64, optional
         Of the corpus, from which a search may start again.
     kept : Path, optional
