@@ -41,18 +41,14 @@ def learn_sources(rest: FloatArray, sources: Sequence[Source], modes: int) -> Le
     """Physics of all sources together, each of which counts the same.
 
     A recording's frames are much alike, so that how many there are of them says little about how
-    much was seen; a clip of two seconds may be all that there is of a posture.
+    much was seen; a clip of two seconds may be all that there is of a posture. Errors are those of
+    `modal.learn`.
 
     Parameters
     ----------
     rest : (N, 3) float64, mm
     sources : sequence of Source
         With a frame or more each.
-
-    Raises
-    ------
-    ParameterError
-        As `modal.learn`.
     """
     weights = np.concatenate([np.full(len(s), 1 / len(s)) for s in sources])
     spreads = [s.spread.reshape(-1, *np.shape(rest)) / np.sqrt(len(sources)) for s in sources]

@@ -141,32 +141,18 @@ def run_sentences(
     speaker: Speaker,
     speech: Speech,
     renderer: Renderer,
-    folder: Path | None = None,
+    folder: Path | None,
     *,
     jobs: Sequence[Job],
-    workers: int = 1,
-    renderer_name: str = "auto",
-    tell: Tell = lambda _text: None,
+    workers: int,
+    renderer_name: str,
+    tell: Tell,
 ) -> Sentences:
     """Film sentences and track each with its models; what is kept of an earlier run is taken.
 
-    The head's pose in the first frame is given, about, and the face starts from rest.
-
-    Parameters
-    ----------
-    speech : Speech
-        The corpus that the face was learned from.
-    folder : Path, optional
-        Gets figure 8, of the first sentence.
-    workers, renderer_name, tell
-        See `track_sentences`.
-
-    Raises
-    ------
-    StudioError
-        If pyrender cannot draw on this machine.
-    OutputError
-        If results cannot be kept.
+    The head's pose in the first frame is given, about, and the face, which was learned from
+    `speech`, starts from rest. A `folder` gets figure 8, of the first sentence. Errors and other
+    parameters are those of `track_sentences`.
     """
     track_sentences(
         work, jobs, speaker, renderer, workers=workers, renderer_name=renderer_name, tell=tell
@@ -192,19 +178,9 @@ def _run(work: Work, job: Job, speaker: Speaker, below: float) -> Run:
 
 
 def run_trees(done: Sentences, face: TalkingFace, folder: Path, model: str) -> dict[str, Tree]:
-    """Figure 7: trees of vowels and of consonants, from the tracked sentences.
+    """Figure 7, in a folder: trees of vowels and of consonants in sentences tracked by a model.
 
-    Parameters
-    ----------
-    folder : Path
-        Gets the figure.
-    model : str
-        With which they were tracked; the paper's is tex_cst.
-
-    Raises
-    ------
-    ParameterError
-        If fewer than two vowels or two consonants were said.
+    Raises `ParameterError` if fewer than two vowels or two consonants were said.
     """
     said = []
     for run in done.runs:

@@ -129,6 +129,8 @@ def tracked_corpus(
 ) -> Corpus:
     """The corpus that a session gives, filmed and observed if need be.
 
+    Errors are those of `BeadSession.film`, `Session.observe` and `read_corpus`.
+
     Parameters
     ----------
     spoken : SpokenCorpus
@@ -142,11 +144,6 @@ def tracked_corpus(
     -------
     Corpus
         Without dots that are lost in more than `LOST` of the visemes; NaN in the others.
-
-    Raises
-    ------
-    AbsEngineError
-        As `BeadSession.film`, `Session.observe` and `read_corpus`.
     """
     film, visemes = folder / "beads", spoken.corpus.visemes
     worn = corpus_dots(spoken.speaker)

@@ -97,7 +97,7 @@ def film_speech(
     size: tuple[int, int] = SIZE,
     seed: int = 0,
 ) -> Speech:
-    """Speak a corpus, build its model, and film its visemes.
+    """Speak a corpus, build its model, and film its visemes; errors as these do.
 
     Parameters
     ----------
@@ -111,11 +111,6 @@ def film_speech(
         Of the pictures.
     seed : int
         Of the corpus' noise, the head's motion and the sensor.
-
-    Raises
-    ------
-    ParameterError, OutputError, StudioError, InputFileError, ModelFormatError
-        As `speak_corpus`, `build`, `film_visemes` and `read_visemes`.
     """
     spoken = speak_corpus(speaker, speaker.named(person), PAPER_VISEMES, noise=NOISE, seed=seed)
     built = build(spoken.corpus)
