@@ -38,7 +38,7 @@ class AxesSimplex:
     coarse, tolerance : float
         Where the descent, and where the simplex, stops; in the objective's units.
     inertia : float
-        See `held.Held`.
+        See `anchored.Held`.
     starts : int
         Of several starts, how many of the best are descended from.
     """
