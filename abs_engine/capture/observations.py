@@ -27,10 +27,6 @@ _LAYOUT: Layout = {
 }
 
 
-def _empty() -> FloatArray:
-    return np.zeros((0, 0, 0, 2))
-
-
 @dataclass(frozen=True, eq=False)
 class Observations:
     """Points that were observed, T frames of N points.
@@ -78,7 +74,7 @@ class Observations:
     rotations: FloatArray
     translations: FloatArray
     rigid_error: FloatArray
-    pixels: FloatArray = field(default_factory=_empty)
+    pixels: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 0, 2)))
     source: str = ""
 
     def __post_init__(self) -> None:

@@ -126,16 +126,8 @@ def _refine(
     points = start
     for _ in range(_STEPS):
         residual = _residual(views, pixels, seen, points)
-        step = np.moveaxis(
-            np.stack(
-                [
-                    (_residual(views, pixels, seen, points + 1e-3 * axis) - residual) / 1e-3
-                    for axis in np.eye(3)
-                ]
-            ),
-            0,
-            -1,
-        )
+        beside = [_residual(views, pixels, seen, points + 1e-3 * axis) for axis in np.eye(3)]
+        step = np.stack([(other - residual) / 1e-3 for other in beside], axis=-1)
         move = (np.linalg.pinv(step) @ residual[..., None])[..., 0]
         points = points - move
         if np.abs(move).max() < _SETTLED:

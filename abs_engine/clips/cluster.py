@@ -24,11 +24,9 @@ _SETTINGS = {
     # Dask's 15 s are too few for a worker to start again on a busy machine; see `replace_lost`.
     "distributed.deploy.lost-worker-timeout": "3 minutes",
     # Without Dask's MALLOC_TRIM_THRESHOLD_, which costs a quarter of the time in page faults.
-    "distributed.nanny.pre-spawn-environ": {
-        "OMP_NUM_THREADS": 1,
-        "MKL_NUM_THREADS": 1,
-        "OPENBLAS_NUM_THREADS": 1,
-    },
+    "distributed.nanny.pre-spawn-environ": dict.fromkeys(
+        ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), 1
+    ),
 }
 
 

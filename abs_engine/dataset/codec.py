@@ -17,13 +17,8 @@ OFFSETS_FORMAT = "abs_engine.offsets"
 VERSION = 2
 
 DATASET, SCENE, README = "dataset.json", "scene.toml", "README.md"
-TRUTH, CAMERA, VIDEO, POINTS, COCO = (
-    "truth.npz",
-    "camera.json",
-    "video.mp4",
-    "points.npz",
-    "coco.json",
-)
+TRUTH, POINTS = "truth.npz", "points.npz"
+CAMERA, VIDEO, COCO = "camera.json", "video.mp4", "coco.json"
 VERTICES, FRAMES, COVER = "vertices", "frames", "cover"
 
 LABELS = ("ids", "depth", "normals", "albedo", "flow")

@@ -58,12 +58,8 @@ class _Law:
         _, scale, vectors = np.linalg.svd(flat - mean, full_matrices=False)
         values = scale**2 / max(1, len(flat) - 1)
         rest = values[modes:].sum() / max(1, flat.shape[1] - modes)
-        return cls(
-            mean,
-            vectors[:modes],
-            values[:modes] + LEARNING.dot_noise**2,
-            rest + LEARNING.dot_noise**2,
-        )
+        noise = LEARNING.dot_noise**2
+        return cls(mean, vectors[:modes], values[:modes] + noise, rest + noise)
 
     def without_itself(self, flat: FloatArray, known: BoolArray) -> FloatArray:
         """Places, (T, K, 3), mm, where a frame's other known dots have each dot; flat (T, 3 K)."""

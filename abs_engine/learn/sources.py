@@ -52,13 +52,8 @@ def learn_sources(rest: FloatArray, sources: Sequence[Source], modes: int) -> Le
     """
     weights = np.concatenate([np.full(len(s), 1 / len(s)) for s in sources])
     spreads = [s.spread.reshape(-1, *np.shape(rest)) / np.sqrt(len(sources)) for s in sources]
-    return learn(
-        rest,
-        np.concatenate([s.displacements for s in sources]),
-        modes,
-        weights=weights,
-        spread=np.concatenate(spreads),
-    )
+    moved = np.concatenate([s.displacements for s in sources])
+    return learn(rest, moved, modes, weights=weights, spread=np.concatenate(spreads))
 
 
 def balanced(sources: Sequence[Source]) -> FloatArray:

@@ -151,9 +151,8 @@ def _completed(parts: _Parts, contours: Contours, jaw: float) -> tuple[_Parts, t
     if not wanted:
         return replace(parts, faces=faces, classes=classes), ()
     new = mouth_interior(load_speaker(), wanted, parts.vertices[contours.points], jaw)
-    moves = (
-        np.abs(parts.units).max(axis=(1, 2)) > 0
-    )  # a tongue that comes out needs lips that let it
+    # a tongue that comes out needs lips that let it
+    moves = np.abs(parts.units).max(axis=(1, 2)) > 0
     count = len(parts.vertices)
     return (
         _Parts(

@@ -95,10 +95,8 @@ def _parted(
         return np.asarray(np.any(on, axis=0))
 
     face = labels[(corners == nose).any(axis=1)]
-    outer, inner = (
-        np.unique(labels[along("over", "under")]),
-        np.unique(labels[along("upper", "lower")]),
-    )
+    outer = np.unique(labels[along("over", "under")])
+    inner = np.unique(labels[along("upper", "lower")])
     lips, inside = np.setdiff1d(outer, face), np.setdiff1d(inner, np.r_[outer, face])
     if not len(lips) or np.isin(inner, face).any():
         raise ParameterError(

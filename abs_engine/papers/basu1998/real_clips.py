@@ -46,15 +46,14 @@ class ClosureLabels:
 def closure_labels() -> dict[str, ClosureLabels]:
     """The labels of all clips, by name."""
     told = json.loads(shipped("labels/grid_closures.json").read_text())
-    return {name: _labels(entry) for name, entry in told["clips"].items()}
-
-
-def _labels(entry: dict[str, Any]) -> ClosureLabels:
-    closed, sure = np.zeros(entry["n_frames"], bool), np.ones(entry["n_frames"], bool)
-    for first, last in entry["closed"]:
-        closed[first : last + 1] = True
-    sure[entry["unsure"]] = False
-    return ClosureLabels(closed, sure, entry["closed"])
+    labels = {}
+    for name, entry in told["clips"].items():
+        closed, sure = np.zeros(entry["n_frames"], bool), np.ones(entry["n_frames"], bool)
+        for first, last in entry["closed"]:
+            closed[first : last + 1] = True
+        sure[entry["unsure"]] = False
+        labels[name] = ClosureLabels(closed, sure, entry["closed"])
+    return labels
 
 
 @dataclass(frozen=True)
