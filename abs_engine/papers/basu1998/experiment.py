@@ -213,10 +213,8 @@ def placed_by_blob(
     """
     for camera, view in views.items():
         setting = lips.setting(view.camera, renderer, BY_BLOB)
-        motion, journal = BlobPlaces(poses_of(view), lips.classes), _journal(kept, camera)
-        for fit in fit_frames(
-            setting, view.pictures(), motion, lips.starts, driver, kept=journal
-        ):  # fmt: skip
+        motion, own = BlobPlaces(poses_of(view), lips.classes), _journal(kept, camera)
+        for fit in fit_frames(setting, view.pictures(), motion, lips.starts, driver, kept=own):
             yield FrameError.of(lips, camera, driver, fit, view)
 
 
