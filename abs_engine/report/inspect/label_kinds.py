@@ -23,10 +23,10 @@ from abs_engine.report.inspect.runs import load_run_head
 from abs_engine.report.inspect.sheets import RATE, turn_angles
 from abs_engine.report.inspect.sources import (
     LabelSource,
-    PostureSource,
-    RunSource,
-    TruthSource,
     open_truth,
+    posture_labels,
+    run_labels,
+    truth_labels,
 )
 
 _SAMPLED = 5  # frames of a film that its colour scale is taken from
@@ -38,8 +38,8 @@ def draw_label(
     """Label buffers of a posture, a run or a dataset, with their legend."""
     kind, speaker = request.kind, load_speaker(request.speaker)
     source = _label_source(request, speaker, renderer, film)
-    chosen = [checked_frame(request.frame, len(source))] if request.frame is not None else None
-    sampled = chosen or evenly(len(source), _SAMPLED if film else SHEET_TILES)
+    chosen = [checked_frame(request.frame, source.count)] if request.frame is not None else None
+    sampled = chosen or evenly(source.count, _SAMPLED if film else SHEET_TILES)
     painter = LabelPainter(kind, speaker, _limits(request, source, sampled))
 
     def drawn(frame: LabelFrame) -> Image:
@@ -52,7 +52,7 @@ def draw_label(
         for number in wanted:
             yield drawn(source.frame(number))
 
-    made = presented(request, film, len(source), source.rate, painted, progress)
+    made = presented(request, film, source.count, source.rate, painted, progress)
     if isinstance(made, Film):
         return Film((_explained(p, painter) for p in made.frames), made.count, made.rate)
     return _explained(made, painter)
@@ -82,9 +82,9 @@ def _label_source(
     if request.truth is not None and request.run is not None:
         raise ParameterError("labels come from a run or from a dataset", "give only one of them")
     if request.truth is not None:
-        return TruthSource(open_truth(request, request.truth, speaker, request.kind))
+        return truth_labels(open_truth(request, request.truth, speaker, request.kind))
     if request.run is not None:
-        return RunSource(renderer, load_run_head(request.run, speaker))
+        return run_labels(renderer, load_run_head(request.run, speaker))
     if request.kind in ("albedo", "flow"):
         raise ParameterError(f"{request.kind} is stored in datasets only", "give one with --truth")
     if request.frame is not None:
@@ -96,4 +96,4 @@ def _label_source(
     size = request.size or ((240, 280) if len(turns) > 1 and not film else (512, 512))
     views = views_of(rest.shown(request.shown), size, turns)
     captions = ["" if film or len(turns) == 1 else f"{t:.0f}°" for t in turns]
-    return PostureSource(renderer, posed(rest, request.units), views, captions, RATE)
+    return posture_labels(renderer, posed(rest, request.units), views, captions, RATE)

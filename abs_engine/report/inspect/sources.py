@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,118 +22,65 @@ from abs_engine.report.inspect.request import Request
 from abs_engine.report.inspect.runs import RunHead
 
 
-class LabelSource(Protocol):
-    """Frames with labels."""
-
-    @property
-    def rate(self) -> float:
-        """Frames per second."""
-        ...
-
-    def __len__(self) -> int:
-        """Return the number of frames."""
-        ...
-
-    def frame(self, number: int) -> LabelFrame:
-        """The labels of a frame."""
-        ...
-
-
-class PostureSource:
-    """A head in a posture, seen from several sides.
+@dataclass(frozen=True, eq=False)
+class LabelSource:
+    """Frames with labels.
 
     Parameters
     ----------
-    renderer : Renderer
-    body : Body
-    views : sequence of View
-    captions : sequence of str
-        One for each view.
     rate : float
-        Views per second.
+        Frames per second.
+    count : int
+        How many frames there are.
+    frame : callable
+        Gives the labels of a frame by its number.
     """
 
-    def __init__(
-        self,
-        renderer: Renderer,
-        body: Body,
-        views: Sequence[View],
-        captions: Sequence[str],
-        rate: float,
-    ) -> None:
-        self._renderer, self._body, self._views = renderer, body, views
-        self._captions, self.rate = captions, rate
-
-    def __len__(self) -> int:
-        """Return the number of views."""
-        return len(self._views)
-
-    def frame(self, number: int) -> LabelFrame:
-        """The labels of a view."""
-        caption = self._captions[number]
-        return drawn_labels(self._renderer, self._body, self._views[number], caption)
+    rate: float
+    count: int
+    frame: Callable[[int], LabelFrame]
 
 
-class RunSource:
-    """The tracked head, as the run's camera saw it."""
+def posture_labels(
+    renderer: Renderer, body: Body, views: Sequence[View], captions: Sequence[str], rate: float
+) -> LabelSource:
+    """Labels of a head in a posture, seen from several sides, `rate` views per second."""
+    return LabelSource(
+        rate, len(views), lambda k: drawn_labels(renderer, body, views[k], captions[k])
+    )
 
-    def __init__(self, renderer: Renderer, run: RunHead) -> None:
-        self._renderer, self._run = renderer, run
-        self.rate = run.rate
 
-    def __len__(self) -> int:
-        """Return the number of frames."""
-        return len(self._run)
+def run_labels(renderer: Renderer, run: RunHead) -> LabelSource:
+    """Labels of the tracked head, as the run's camera saw it; none where it was not found."""
 
-    def frame(self, number: int) -> LabelFrame:
-        """The labels of a frame; nothing is seen where the head was not found."""
-        run = self._run
-        run.check(number)
-        caption = frame_caption(number, float(run.times[number]))
+    def frame(number: int) -> LabelFrame:
+        caption = frame_caption(number, float(run.times[run.check(number)]))
         if run.found(number):
-            return drawn_labels(self._renderer, run.body(number), run.view(number), caption)
+            return drawn_labels(renderer, run.body(number), run.view(number), caption)
         none = np.zeros(run.camera.size[::-1], np.int32)
         flat = {"depth": lambda: none, "normals": lambda: np.zeros((*none.shape, 3))}
         return LabelFrame(f"{caption}   {run.arrays['status'][number]}", none, flat)
 
+    return LabelSource(run.rate, len(run), frame)
 
-class TruthSource:
-    """The labels that are stored in a dataset."""
 
-    def __init__(self, truth: Truth) -> None:
-        self._truth = truth
-        self.rate = truth.rate
+def truth_labels(truth: Truth) -> LabelSource:
+    """Labels that are stored in a dataset; `InputFileError` if one is missing or broken."""
 
-    def __len__(self) -> int:
-        """Return the number of frames."""
-        return len(self._truth)
+    def flow(number: int) -> NDArray[np.generic]:
+        moved, known = truth.flow(number)
+        return np.where(known[..., None], moved, np.float32("nan"))
 
-    def frame(self, number: int) -> LabelFrame:
-        """The labels of a frame.
+    kinds: dict[str, Callable[[int], NDArray[np.generic]]] = {
+        "depth": truth.depth, "normals": truth.normals, "albedo": truth.albedo, "flow": flow,
+    }  # fmt: skip
 
-        Raises
-        ------
-        ParameterError
-            If there is no such frame.
-        InputFileError
-            If a picture is missing or broken.
-        """
-        truth = self._truth
+    def frame(number: int) -> LabelFrame:
+        read = {name: partial(get, number) for name, get in kinds.items()}
+        caption = frame_caption(number, number / truth.rate)
+        return LabelFrame(caption, truth.facet_ids(number), read)
 
-        def flow() -> NDArray[np.generic]:
-            moved, known = truth.flow(number)
-            return np.where(known[..., None], moved, np.float32("nan"))
-
-        return LabelFrame(
-            frame_caption(number, number / truth.rate),
-            truth.facet_ids(number),
-            {
-                "depth": lambda: truth.depth(number),
-                "normals": lambda: truth.normals(number),
-                "albedo": lambda: truth.albedo(number),
-                "flow": flow,
-            },
-        )
+    return LabelSource(truth.rate, len(truth), frame)
 
 
 def open_truth(request: Request, folder: Path, speaker: Speaker, kind: str | None = None) -> Truth:
