@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import AbsEngineError, OpenGLError
@@ -82,13 +83,13 @@ def diagnose() -> Diagnosis:
         Never raises for what the machine lacks.
     """
     probes = [_probe_in_process(name) for name in BACKENDS]
-    attempts = tuple(Attempt(p.backend, p.ok, p.detail, p.remedy) for p in probes)
-    works = [p for p in probes if p.ok]
+    attempts = tuple(p.attempt for p in probes)
+    works = [p for p in probes if p.attempt.ok]
     gl_timings = works[0].timings if works else _absent("no OpenGL loads")
     cpu = _time_way("CPU rasteriser", CpuRenderer)
     return Diagnosis(
         attempts=attempts,
-        chosen=works[0].backend if works else "cpu",
+        chosen=works[0].attempt.backend if works else "cpu",
         renderer=works[0].renderer if works else "",
         version=works[0].version if works else "",
         timings=(*gl_timings, cpu),
@@ -120,13 +121,10 @@ def report_lines(diagnosis: Diagnosis) -> list[str]:
 
 @dataclass(frozen=True)
 class _Probe:
-    backend: str
-    ok: bool
-    detail: str
-    remedy: str
-    renderer: str
-    version: str
+    attempt: Attempt
     timings: tuple[Timing, ...]
+    renderer: str = ""
+    version: str = ""
 
 
 def _absent(why: str) -> tuple[Timing, ...]:
@@ -153,12 +151,12 @@ def _probe_in_process(backend: str) -> _Probe:
     except (IndexError, ValueError):
         last = (child.stderr.strip().splitlines() or [""])[-1]
         return _failed(backend, f"the driver crashed (exit status {child.returncode}) {last}")
-    timings = tuple(Timing(**t) for t in fields.pop("timings"))
-    return _Probe(**fields, timings=timings)
+    timings = tuple(Timing(**t) for t in fields["timings"])
+    return _Probe(Attempt(**fields["attempt"]), timings, fields["renderer"], fields["version"])
 
 
 def _failed(backend: str, detail: str, remedy: str = "update the OpenGL driver") -> _Probe:
-    return _Probe(backend, False, detail, remedy, "", "", _absent(detail))
+    return _Probe(Attempt(backend, False, detail, remedy), _absent(detail))
 
 
 def probe(backend: str) -> _Probe:
@@ -169,8 +167,7 @@ def probe(backend: str) -> _Probe:
                 _time_way(way, lambda path=path: OpenGLRenderer(gl, path))  # type: ignore[misc]
                 for way, path in _GL_WAYS
             )
-            detail = gl.attempts[-1].detail
-            return _Probe(backend, True, detail, "", gl.renderer, gl.version, timings)
+            return _Probe(gl.attempts[-1], timings, gl.renderer, gl.version)
     except OpenGLError as error:
         attempts: tuple[Attempt, ...] = getattr(error, "attempts", ())
         detail = attempts[-1].detail if attempts else error.problem
@@ -201,17 +198,14 @@ def _time_way(way: str, make: Callable[[], FusedRenderer]) -> Timing:
 
 def _toy() -> tuple[Scene, Candidates, Camera]:
     """A ball of 1,280 facets that fills 64x64 pixels."""
-    rings, columns = 18, 40  # 2 caps of 40 facets and 15 bands of 80
-    polar = np.linspace(0, np.pi, rings)[1:-1, None]
-    around = np.linspace(0, 2 * np.pi, columns, endpoint=False)[None]
-    band = np.stack(
-        np.broadcast_arrays(
-            np.sin(polar) * np.cos(around), np.cos(polar), np.sin(polar) * np.sin(around)
-        ),
-        axis=-1,
-    ).reshape(-1, 3)
-    unit = np.concatenate([band, [[0, 1, 0], [0, -1, 0]]])
-    faces = _ball_faces(rings - 2, columns)
+    k = np.arange(642)  # a closed mesh of N vertices has 2 N - 4 facets
+    up, turn = 1 - (2 * k + 1) / len(k), np.pi * (1 + np.sqrt(5)) * k
+    beside = np.sqrt(1 - up**2)
+    unit = np.column_stack([beside * np.cos(turn), up, beside * np.sin(turn)])
+    faces = ConvexHull(unit).simplices.astype(np.int32)
+    a, b, c = unit[faces].transpose(1, 0, 2)
+    inwards = (np.cross(b - a, c - a) * a).sum(axis=1) < 0
+    faces[inwards] = faces[inwards, ::-1]
     rng = np.random.default_rng(0)
     scene = Scene(
         mean=90 * unit,
@@ -223,19 +217,6 @@ def _toy() -> tuple[Scene, Candidates, Camera]:
     )
     camera = Camera.ideal((64, 64), focal=185.0)
     return scene, Candidates.one(rng.normal(0, 1, 8), Pose.facing(600.0)), camera
-
-
-def _ball_faces(rows: int, columns: int) -> np.ndarray[tuple[int, int], np.dtype[np.int32]]:
-    here = np.arange(columns)
-    beside = (here + 1) % columns
-    north, south = rows * columns, rows * columns + 1
-    last = (rows - 1) * columns
-    parts = [np.stack([np.full(columns, north), beside, here], axis=1)]
-    for row in range(rows - 1):
-        a, b = row * columns + here, row * columns + beside
-        parts += [np.stack([a, b, b + columns], axis=1), np.stack([a, b + columns, a + columns], 1)]
-    parts.append(np.stack([last + here, last + beside, np.full(columns, south)], axis=1))
-    return np.concatenate(parts).astype(np.int32)
 
 
 if __name__ == "__main__":
