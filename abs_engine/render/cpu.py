@@ -87,8 +87,7 @@ class CpuRenderer:
             If candidates, scene, window and term do not fit together.
         """
         check_term(term, window)
-        if isinstance(term, ClassMaps):
-            _check_classes(scene, term)
+        check_classes(_highest_class(scene), term)
         clip = camera.clip_matrix(window)
         total = np.empty(len(candidates), np.float64)
         pixels = np.empty(len(candidates), np.int64)
@@ -208,13 +207,18 @@ def _texture_uv(scene: Scene, positions: NDArray[np.float32], scratch: _Scratch)
     )
 
 
-def _check_classes(scene: Scene, term: ClassMaps) -> None:
+def _highest_class(scene: Scene) -> int:
     highest = _HIGHEST_CLASS.get(scene)
     if highest is None:
         highest = _HIGHEST_CLASS[scene] = int(scene.facet_class.max())
-    if highest >= len(term.maps):
+    return highest
+
+
+def check_classes(highest_class: int, term: PixelTerm) -> None:
+    """Raise `ParameterError` if a facet's class has no map."""
+    if isinstance(term, ClassMaps) and highest_class >= len(term.maps):
         raise ParameterError(
-            f"the scene has class {highest}, the term only {len(term.maps)} maps",
+            f"the scene has class {highest_class}, the term only {len(term.maps)} maps",
             "give one map for each class id, and one for the background",
         )
 

@@ -16,11 +16,12 @@ from abs_engine.core.errors import OpenGLError, ParameterError
 from abs_engine.core.scene import Candidates, PixelTerm, Scene
 from abs_engine.render import targets
 from abs_engine.render.context import GLContext
-from abs_engine.render.cpu import check_term
+from abs_engine.render.cpu import check_classes, check_term
 from abs_engine.render.instanced import InstancedPath, can_layer
 from abs_engine.render.programs import Programs
 from abs_engine.render.thin import ThinPath
-from abs_engine.render.upload import SceneUpload, TermUpload, WeakCache, check_classes
+from abs_engine.render.upload import SceneUpload, TermUpload, WeakCache
+from abs_engine.render.vertex import check_weights
 
 VertexPath = Literal["auto", "thin", "instanced"]
 
@@ -92,7 +93,7 @@ class OpenGLRenderer:
         OpenGLError
             If the renderer is closed, or belongs to another thread or process.
         """
-        _check_weights(scene, candidates)
+        check_weights(scene, candidates)
         with self._current():
             self._set_state(scene.cull)
             return self._path.draw(self._scenes.get(scene), scene, candidates, camera, window)
@@ -101,7 +102,7 @@ class OpenGLRenderer:
         self, scene: Scene, candidates: Candidates, camera: Camera, window: Window
     ) -> list[Outlines]:
         """Draw every candidate for what shows where classes meet; raises as `draw`."""
-        _check_weights(scene, candidates)
+        check_weights(scene, candidates)
         with self._current():
             self._set_state(scene.cull)
             return self._path.outlines(self._scenes.get(scene), scene, candidates, camera, window)
@@ -118,7 +119,7 @@ class OpenGLRenderer:
         OpenGLError
             If the renderer is closed, or belongs to another thread or process.
         """
-        _check_weights(scene, candidates)
+        check_weights(scene, candidates)
         check_term(term, window)
         with self._current():
             upload = self._scenes.get(scene)
@@ -141,7 +142,7 @@ class OpenGLRenderer:
         list of (H, W, 3) uint8
             RGB, the background black.
         """
-        _check_weights(scene, candidates)
+        check_weights(scene, candidates)
         with self._current():
             self._set_state(scene.cull)
             upload = self._scenes.get(scene)
@@ -188,12 +189,3 @@ class OpenGLRenderer:
 
 def _failed(said: str) -> OpenGLError:
     return OpenGLError(f"OpenGL failed ({said})", "free the GPU, or draw with --renderer cpu")
-
-
-def _check_weights(scene: Scene, candidates: Candidates) -> None:
-    if candidates.weights.shape[1] != scene.n_modes:
-        raise ParameterError(
-            f"a candidate has {candidates.weights.shape[1]} weights, "
-            f"the scene {scene.n_modes} modes",
-            "build both from one shape model",
-        )

@@ -12,7 +12,6 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import ClassMaps, PixelTerm, Scene
 from abs_engine.render.context import GLContext
 from abs_engine.render.labelled import Labelled
@@ -256,12 +255,3 @@ class TermUpload:
     def release(self) -> None:
         """Free the texture; the context must be current."""
         self.texture.release()
-
-
-def check_classes(highest_class: int, term: PixelTerm) -> None:
-    """Raise `ParameterError` if a facet's class has no map."""
-    if isinstance(term, ClassMaps) and highest_class >= len(term.maps):
-        raise ParameterError(
-            f"the scene has class {highest_class}, the term only {len(term.maps)} maps",
-            "give one map for each class id, and one for the background",
-        )

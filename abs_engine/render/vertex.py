@@ -57,20 +57,19 @@ def clip_positions(
 
 
 def weights_of(scene: Scene, candidates: Candidates, index: int) -> NDArray[np.float64]:
-    """The weights (P,) of one candidate.
+    """The weights (P,) of one candidate; raises as `check_weights`."""
+    check_weights(scene, candidates)
+    return np.ascontiguousarray(candidates.weights[index])  # for loops compiled once
 
-    Raises
-    ------
-    ParameterError
-        If it has another number of them than the scene has modes.
-    """
-    weights = np.ascontiguousarray(candidates.weights[index])  # for loops compiled once
-    if len(weights) != scene.n_modes:
+
+def check_weights(scene: Scene, candidates: Candidates) -> None:
+    """Raise `ParameterError` unless candidates have as many weights as a scene has modes."""
+    if candidates.weights.shape[1] != scene.n_modes:
         raise ParameterError(
-            f"a candidate has {len(weights)} weights, the scene {scene.n_modes} modes",
+            f"a candidate has {candidates.weights.shape[1]} weights, "
+            f"the scene {scene.n_modes} modes",
             "build both from one shape model",
         )
-    return weights
 
 
 def motion_of(candidates: Candidates, index: int) -> NDArray[np.float64]:
