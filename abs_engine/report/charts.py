@@ -11,7 +11,8 @@ from plotly.graph_objects import Box, Figure, Scatter
 from plotly.subplots import make_subplots
 
 from abs_engine.core.arrays import BoolArray, FloatArray, stretches
-from abs_engine.report.data import Quantity, ReportData, Said, Series, System
+from abs_engine.dataset import Phoneme
+from abs_engine.report.data import Quantity, ReportData, Series, System
 from abs_engine.report.drawing import colours
 from abs_engine.report.quantities import SHARE
 
@@ -202,7 +203,7 @@ def _line(
     figure.add_trace(trace, row=row, col=1)
 
 
-def _say(figure: Figure, said: Sequence[Said]) -> None:
+def _say(figure: Figure, said: Sequence[Phoneme]) -> None:
     """Phonemes on the time axis: their symbols, and lines where they begin."""
     middle = [(s.start + s.end) / 2 for s in said]
     spans = [f"{s.start:.2f} to {s.end:.2f} s" for s in said]

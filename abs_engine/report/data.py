@@ -9,20 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray
+from abs_engine.dataset import Phoneme
 from abs_engine.evaluate.score import Score
 from abs_engine.report.motion import LinearMotion
 
 Rows = tuple[tuple[str, str], ...]
 """Names and values, for a table of two columns."""
-
-
-@dataclass(frozen=True)
-class Said:
-    """A phoneme from `start` to `end`, seconds."""
-
-    label: str
-    start: float
-    end: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,14 +125,14 @@ class TrueClip:
     contours : mapping of str to (T, N, 2) float64, px
     head : Head
     closed : (T,) bool
-    said : tuple of Said
+    said : tuple of Phoneme
     """
 
     curves: Mapping[str, FloatArray]
     contours: Mapping[str, FloatArray]
     head: Head
     closed: BoolArray
-    said: tuple[Said, ...] = ()
+    said: tuple[Phoneme, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

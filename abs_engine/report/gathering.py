@@ -26,7 +26,7 @@ from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.files import check_free, write_new
 from abs_engine.io.video import probe, read_frames
 from abs_engine.report import film
-from abs_engine.report.data import Head, ReportData, Said, System, TrueClip
+from abs_engine.report.data import Head, ReportData, System, TrueClip
 from abs_engine.report.drawing.colours import clay_colours
 from abs_engine.report.estimate_parts import (
     Loops,
@@ -155,7 +155,7 @@ def _with_truth(
         projected(truth, truth.rotations, truth.translations, truth.camera, loops),
         Head(compress(truth.vertices, played), truth.rotations, truth.translations),
         np.asarray(truth.closed, bool),
-        tuple(Said(*interval) for interval in truth.intervals),
+        tuple(truth.intervals),
     )
     tell("reading the video")
     pictures = truth.pictures() if options.video is None else read_frames(options.video)

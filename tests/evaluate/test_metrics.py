@@ -7,7 +7,7 @@ import pytest
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.evaluate.metrics import (
-    closure,
+    closure_events,
     curve_error,
     lip_rms_mm,
     spikes,
@@ -84,16 +84,6 @@ def test_curves_by_hand():
     assert np.isnan(curve_error([1.0, 2], [3.0, 3]).correlation)
 
 
-def test_closure_by_hand():
-    found = np.array([1, 1, 1, 0, 0, 0, 0], bool)
-    truth = np.array([0, 1, 1, 1, 1, 0, 0], bool)
-    result = closure(found, truth)
-    assert (result.precision, result.recall) == (pytest.approx(2 / 3), 0.5)
-    assert np.isnan(closure(np.zeros(3, bool), np.ones(3, bool)).precision)
-    assert closure(np.zeros(3, bool), np.ones(3, bool)).recall == 0
-    assert np.isnan(closure(np.ones(3, bool), np.zeros(3, bool)).recall)
-
-
 def test_spikes_by_hand():
     assert spikes([0, 0, 5, 0, 0, -4, 0], 3) == 2
     assert spikes([0, 5, 5, 0], 3) == 0  # two frames are a movement
@@ -119,4 +109,4 @@ def test_curves_that_do_not_fit_are_refused():
     with pytest.raises(ParameterError, match="no frame was tracked"):
         curve_error([NAN], [1])
     with pytest.raises(ParameterError, match="cannot be compared"):
-        closure([True], [True, False])
+        closure_events([True], [True, False])

@@ -148,3 +148,11 @@ def _finish(part: FloatArray, weight: FloatArray, root: bool) -> FloatArray:
     np.divide(part, weight, out=ratio, where=weight > 0)
     # differences of cumulated squares can fall below 0 by a rounding error
     return np.asarray(np.sqrt(np.maximum(ratio, 0.0)) if root else ratio)
+
+
+def mean_of_given(values: FloatArray) -> FloatArray:
+    """Mean (T,) over what is finite in (T, N); NaN where nothing is."""
+    given = np.isfinite(values)
+    count = given.sum(axis=1)
+    total = np.where(given, values, 0.0).sum(axis=1)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)

@@ -8,48 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
-from abs_engine.core.arrays import BoolArray, IntArray
+from abs_engine.core.arrays import BoolArray, IntArray, stretches
 from abs_engine.core.errors import ParameterError
-
-
-@dataclass(frozen=True)
-class Detection:
-    """Counts of what was found against what is there.
-
-    Parameters
-    ----------
-    precision : float
-        Share of the found that are true; NaN where none was found.
-    recall : float
-        Share of the true that were found; NaN where there is none.
-    """
-
-    precision: float
-    recall: float
-
-
-def closure(estimated: ArrayLike, truth: ArrayLike) -> Detection:
-    """Precision and recall, counted in frames, of the frames (T,) in which lips are closed.
-
-    Precision and recall as in van Rijsbergen, Information Retrieval (1979), chapter 7.
-
-    Raises
-    ------
-    ParameterError
-        If the lengths differ.
-    """
-    found, true = _same_frames(estimated, truth)
-    hits = float((found & true).sum())
-    precision = hits / found.sum() if found.any() else np.nan
-    recall = hits / true.sum() if true.any() else np.nan
-    return Detection(float(precision), float(recall))
 
 
 def closed_intervals(closed: ArrayLike) -> IntArray:
     """Runs of closed frames, (E, 2): the first frame of each, and the first one after it."""
-    flags = np.concatenate([[0], np.asarray(closed, bool).astype(np.int64), [0]])
-    step = np.diff(flags)
-    return np.stack([np.flatnonzero(step == 1), np.flatnonzero(step == -1)], axis=1)
+    return np.array(stretches(np.asarray(closed, bool)), np.int64).reshape(-1, 2)
 
 
 def match_events(estimated: IntArray, truth: IntArray) -> IntArray:

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.evaluate.metrics.partial_means import mean_of_given
+from abs_engine.evaluate.metrics.bootstrap import mean_of_given
 
 OUTER_CORNERS = 36, 45
 
