@@ -55,15 +55,11 @@ def learned(
             raise reader.error or FaceNotFoundError(f"{feed.name} showed no face", remedy)
         clip = clip_of(Path(feed.name), info, options, shown)
         try:
-            return prepare_clip(clip, renderer, options, _nothing if waiting else tell)
+            return prepare_clip(clip, renderer, options, (lambda _stage: None) if waiting else tell)
         except FaceNotFoundError:
             if not waiting:
                 tell("no face is seen; waiting for one")
             waiting = True
-
-
-def _nothing(_stage: str) -> None:
-    """Say nothing."""
 
 
 def follow(

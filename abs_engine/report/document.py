@@ -74,11 +74,11 @@ def _missed(verdict: str) -> str:
 
 def figures(pictures: Sequence[tuple[str, str]]) -> str:
     """Pictures one below the other, each by its address from the page and its caption."""
-    return "".join(_figure(safe(at), safe(text)) for at, text in pictures)
-
-
-def _figure(at: str, text: str) -> str:
-    return f'<figure><img src="{at}" alt="{text}"><figcaption>{text}</figcaption></figure>\n'
+    named = ((safe(at), safe(text)) for at, text in pictures)
+    return "".join(
+        f'<figure><img src="{at}" alt="{text}"><figcaption>{text}</figcaption></figure>\n'
+        for at, text in named
+    )
 
 
 def safe(text: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -58,11 +57,9 @@ def truth_facts(truth: Truth, given: Path) -> dict[str, Rows]:
 
 def made_facts(command: str, seed: int | None) -> dict[str, Rows]:
     """Facts of the making of the report, and its machine."""
-    machine = machine_facts()
+    machine = machine_facts(_MORE_PACKAGES)
     computer = {k: machine.pop(k) for k in ("cpu", "cores", "system", "python")}
-    packages = {str(k): str(v) for k, v in machine.items()}
-    packages |= {name: _version(name) for name in _MORE_PACKAGES}
-    listed = ", ".join(f"{name} {version}" for name, version in sorted(packages.items()))
+    listed = ", ".join(f"{name} {version}" for name, version in sorted(machine.items()))
     rows = [("command", command or "a program"), ("engine", described(made_by()))]
     if seed is not None:
         rows.append(("seed of the confidence intervals", str(seed)))
@@ -108,17 +105,6 @@ def _flat(values: dict[str, Any], before: str = "") -> list[tuple[str, str]]:
         elif isinstance(value, list):
             rows.append((spoken, ", ".join(str(v) for v in value)))
         else:
-            rows.append((spoken, "not given" if value is None else _short(value)))
+            shown = f"{value:.6g}" if isinstance(value, float) else str(value)
+            rows.append((spoken, "not given" if value is None else shown))
     return rows
-
-
-def _short(value: object) -> str:
-    """A value as text; of other numbers than whole ones six digits."""
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _version(name: str) -> str:
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return "not installed"

@@ -57,7 +57,11 @@ def shorten(
                 if writer is None:
                     writer = VideoWriter(path, window.drawn, rate, QUALITY)
                 if number < frames:
-                    writer.write(picture if window.scale == 1 else _resized(window, picture))
+                    writer.write(
+                        np.asarray(
+                            picture if window.scale == 1 else window.sample(picture), np.uint8
+                        )
+                    )
                 if number in wanted:
                     kept[number] = picture
                 if number == last:
@@ -112,7 +116,3 @@ def worst_frames(errors: FloatArray, count: int, apart: int) -> list[int]:
         chosen.append(frame)
         left[max(0, frame - apart + 1) : frame + apart] = -np.inf
     return chosen
-
-
-def _resized(window: Window, picture: Image) -> Image:
-    return np.asarray(window.sample(picture), np.uint8)

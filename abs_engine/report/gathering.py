@@ -38,7 +38,7 @@ from abs_engine.report.estimate_parts import (
 )
 from abs_engine.report.facts import made_facts, origins, run_facts, truth_facts
 from abs_engine.report.inspect.run_video import check_video, find_video
-from abs_engine.report.inspect.runs import RunHead, load_run_head
+from abs_engine.report.inspect.runs import load_run_head
 from abs_engine.report.motion import compress
 from abs_engine.report.page import report_page
 from abs_engine.report.quantities import CURVES, SURENESS, error_rows, error_series, sureness_series
@@ -234,10 +234,12 @@ def _without_truth(
         times=first.times,
         systems=tuple(systems),
         faces=speaker.faces,
-        colours=_speaker_colours(speaker),
+        colours=clay_colours(
+            speaker.faces, speaker.facet_class, speaker.class_names, len(speaker.vertices)
+        ),
         film=shown,
         played=played,
-        focus=_focus(_rest(first)[loops["outer"]]),
+        focus=_focus(first.mesh.mean[loops["outer"]]),
         curves=CURVES,
         sureness=SURENESS,
         facts=made_facts(options.command, None),
@@ -253,16 +255,6 @@ def _check_same_video(runs: Sequence[Path]) -> None:
             raise ParameterError(
                 f"{path} is of another video than {known[0][0]}", "report runs of the same video"
             )
-
-
-def _speaker_colours(speaker: Speaker) -> NDArray[np.uint8]:
-    return clay_colours(
-        speaker.faces, speaker.facet_class, speaker.class_names, len(speaker.vertices)
-    )
-
-
-def _rest(run: RunHead) -> NDArray[np.float32]:
-    return run.mesh.mean
 
 
 def _subtitle(frames: int, rate: float, camera: Camera) -> str:

@@ -48,7 +48,9 @@ def report_page(data: ReportData) -> str:
         )
         if part
     )
-    scripts = "\n".join(_script(name) for name in _SCRIPTS)
+    # no script can end its element early
+    sources = (web(name).replace("</script", "<\\/script") for name in _SCRIPTS)
+    scripts = "\n".join(f"<script>{source}</script>" for source in sources)
     parts = {
         "data": json_bytes(told),
         "arrays": store.content,
@@ -160,12 +162,3 @@ def _contours(data: ReportData, store: Store) -> list[dict[str, Any]]:
         }
         for name, stroke, loops in sections.contours(data)
     ]
-
-
-def _script(name: str) -> str:
-    return f"<script>{_closed(web(name))}</script>"
-
-
-def _closed(text: str) -> str:
-    """A script that cannot end its element early."""
-    return text.replace("</script", "<\\/script")

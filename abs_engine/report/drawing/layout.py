@@ -110,9 +110,9 @@ def _padded(picture: Image, height: int) -> Image:
     return np.pad(picture, ((above, below), (0, 0), (0, 0)), constant_values=PAPER)
 
 
-def columns_of(count: int, size: tuple[int, int], shape: float = 1.6) -> int:
-    """Number of columns that bring `count` tiles of a size near to a page `shape` times as wide."""
-    return max(1, min(count, round(float(np.sqrt(shape * count * size[1] / size[0])))))
+def columns_of(count: int, size: tuple[int, int]) -> int:
+    """Number of columns that bring `count` tiles of a size near to a page 1.6 times as wide."""
+    return max(1, min(count, round(float(np.sqrt(1.6 * count * size[1] / size[0])))))
 
 
 def evenly(count: int, most: int) -> list[int]:

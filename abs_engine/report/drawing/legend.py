@@ -11,7 +11,7 @@ from matplotlib.colors import Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from abs_engine.core.arrays import Image
+from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.report.drawing.palette import paint_flow, paint_normals
 
 DPI = 100
@@ -30,9 +30,9 @@ def colour_bar(colours: Image, limits: tuple[float, float], text: str, height: i
     return _pixels(figure)
 
 
-def swatches(names: Sequence[str], colours: Image, height: int, width: int = 136) -> Image:
-    """Names beside their colours, (height, width, 3) uint8 RGB."""
-    figure = _figure(width, height)
+def swatches(names: Sequence[str], colours: Image, height: int) -> Image:
+    """Names beside their colours, (height, W, 3) uint8 RGB."""
+    figure = _figure(136, height)
     patches = [
         Patch(facecolor=row / 255.0, edgecolor="0.4", linewidth=0.5, label=name.replace("_", " "))
         for name, row in zip(names, colours, strict=True)
@@ -41,10 +41,15 @@ def swatches(names: Sequence[str], colours: Image, height: int, width: int = 136
     return _pixels(figure)
 
 
-def normals_ball(height: int, side: int = 96) -> Image:
+def _disc() -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Coordinates x and y of a small square of pixels, and which lie in the unit circle."""
+    x, y = np.meshgrid(*[np.linspace(-1.02, 1.02, 96)] * 2)
+    return x, y, x * x + y * y <= 1
+
+
+def normals_ball(height: int) -> Image:
     """Legend of the colours of normals: a ball seen from the front, (height, W, 3) uint8 RGB."""
-    x, y = np.meshgrid(*[np.linspace(-1.02, 1.02, side)] * 2)
-    inside = x * x + y * y <= 1
+    x, y, inside = _disc()
     z = -np.sqrt(np.where(inside, 1 - x * x - y * y, 0))
     ball = paint_normals(np.stack([x, y, z], axis=-1), inside)
     return _explained(
@@ -52,10 +57,9 @@ def normals_ball(height: int, side: int = 96) -> Image:
     )
 
 
-def flow_wheel(largest: float, height: int, side: int = 96) -> Image:
+def flow_wheel(largest: float, height: int) -> Image:
     """Legend of the colours of flow: a wheel whose rim is `largest` pixels a frame."""
-    x, y = np.meshgrid(*[np.linspace(-1.02, 1.02, side)] * 2)
-    inside = x * x + y * y <= 1
+    x, y, inside = _disc()
     wheel = paint_flow(np.stack([x, y], axis=-1) * largest, largest, inside)
     return _explained(
         wheel, f"flow to the next\nframe; the rim is\n{largest:.3g} pixels\nor more", height

@@ -84,11 +84,9 @@ def _sharing_edge(facet: int, groups: list[list[int]]) -> set[int]:
     return ((a & b) | (b & c) | (c & a)) - {facet}
 
 
-def paint_ids(
-    ids: NDArray[np.integer], colours: Image, background: tuple[int, int, int] = (255, 255, 255)
-) -> Image:
+def paint_ids(ids: NDArray[np.integer], colours: Image) -> Image:
     """Ids (H, W), index + 1 and 0 for the background, in the colours (N, 3) of the indices."""
-    table = np.concatenate([np.array([background], np.uint8), colours])
+    table = np.concatenate([np.full((1, 3), 255, np.uint8), colours])
     return np.asarray(table[ids], np.uint8)
 
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.errors import InputFileError, ParameterError
@@ -52,7 +50,10 @@ def read_values(path: Path, vertices: int) -> FloatArray:
     path = Path(path)
     check_file(path)
     try:
-        arrays = read_arrays(path) if zipfile.is_zipfile(path) else {"values": _npy(path)}
+        if zipfile.is_zipfile(path):
+            arrays = read_arrays(path)
+        else:  # its size is that of the file
+            arrays = {"values": np.asarray(np.load(path, allow_pickle=False, mmap_mode="r"))}
     except (*BROKEN, InputFileError) as error:
         raise InputFileError(f"{path} holds no numbers", "give a .npy or .npz of floats") from error
     if len(arrays) > 1 and "values" not in arrays:
@@ -72,11 +73,6 @@ def read_values(path: Path, vertices: int) -> FloatArray:
             f"{path} holds NaN, infinity or numbers beyond {MOST:g}", "give finite numbers"
         )
     return values
-
-
-def _npy(path: Path) -> NDArray[Any]:
-    """The array of a ``.npy``; its size is that of the file."""
-    return np.asarray(np.load(path, allow_pickle=False, mmap_mode="r"))
 
 
 def heat_limits(values: FloatArray, largest: float | None) -> tuple[float, float]:

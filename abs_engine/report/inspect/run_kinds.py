@@ -81,15 +81,10 @@ def draw_error(
 
 def _errors(request: Request) -> tuple[Body, NDArray[np.float64], str]:
     """The head, a number for each vertex, and what the numbers are."""
-    given = request.values is not None, request.run is not None and request.truth is not None
-    if (
-        given == (False, False)
-        or given == (True, True)
-        or (
-            request.values is not None
-            and (request.run or request.truth or request.frame is not None)
-        )
-    ):
+    of_array, of_run = request.values is not None, request.run is not None
+    of_truth = request.truth is not None
+    more = of_run or of_truth or request.frame is not None
+    if more if of_array else not (of_run and of_truth):
         raise ParameterError(
             "errors come from an array, or from a run with its dataset",
             "give --values FILE, or RUN --truth DIR",

@@ -138,9 +138,8 @@ def nomogram(
         if done and done % HEADED == 0:
             lines.append(lines[0])
         tiles = [look.draw(body.moved(body.vertices + v * row.delta), view) for v in values]
-        lines.append(
-            beside([label(row.name, (margin, look.size[1]), align="right"), *_spaced(tiles)])
-        )
+        spaced = [np.pad(t, ((2, 2), (2, 2), (0, 0)), constant_values=255) for t in tiles]
+        lines.append(beside([label(row.name, (margin, look.size[1]), align="right"), *spaced]))
         if progress is not None:
             progress(done + 1, len(rows))
     return stacked(lines)
@@ -175,8 +174,3 @@ def turn_angles(count: int) -> list[float]:
     if count < 2:
         raise ParameterError(f"{count} views are not a turntable", "give 2 or more")
     return [360.0 * k / count for k in range(count)]
-
-
-def _spaced(tiles: Sequence[Image]) -> list[Image]:
-    """Tiles with a little white around them."""
-    return [np.pad(t, ((2, 2), (2, 2), (0, 0)), constant_values=255) for t in tiles]
