@@ -139,12 +139,7 @@ def _view_findings(
     for frame in chosen(len(clip), frames):
         yield from _tried(name, looker.findings(frame))
         count.one()
-    yield from _tried(video, _footage(truth, video))
-
-
-def _footage(truth: Truth, name: str) -> Iterator[Finding]:
-    sights = [look(truth, frame) for frame in footage.watched(len(truth))]
-    yield from footage.video_findings(truth, sights, name)
+    yield from _tried(video, footage.video_findings(truth, video))
 
 
 class _Looker:

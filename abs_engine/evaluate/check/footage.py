@@ -22,7 +22,7 @@ from abs_engine.dataset.codec import FRAMES
 from abs_engine.dataset.picture import read_picture
 from abs_engine.evaluate.check.finding import Finding
 from abs_engine.evaluate.check.surface import smooth_normals
-from abs_engine.evaluate.check.visibility import Head, Sight
+from abs_engine.evaluate.check.visibility import Head, Sight, look
 from abs_engine.io.video import probe, read_frames
 
 LAGS = (-1, 0, 1)
@@ -50,8 +50,9 @@ def watched(frames: int) -> list[int]:
     return [int(frame) for frame in inner]
 
 
-def video_findings(truth: Truth, sights: list[Sight], name: str) -> Iterator[Finding]:
+def video_findings(truth: Truth, name: str) -> Iterator[Finding]:
     """A video of other frames, or of another size or rate, or that shows something else."""
+    sights = [look(truth, frame) for frame in watched(len(truth))]
     try:
         info = probe(truth.video)
         wanted = {s.frame + lag for s in sights for lag in LAGS}

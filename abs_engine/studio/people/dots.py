@@ -79,12 +79,12 @@ def add_dots(colour: Float32Array, speaker: Speaker, chart: Chart, person: Perso
     marks = dots(speaker, person)
     if not len(marks.vertices):
         return colour
-    rest = neutral(speaker, person)
-    out, facets = colour.copy(), _Facets(speaker, rest)
-    start = np.searchsorted(chart.face[facets.order(chart)], np.arange(len(speaker.faces) + 1))
+    rest, out = neutral(speaker, person), colour.copy()
+    order = chart.face.argsort(kind="stable")
+    start = np.searchsorted(chart.face[order], np.arange(len(speaker.faces) + 1))
     for vertex, tone in zip(marks.vertices, marks.colours, strict=True):
-        near = facets.around(int(vertex), marks.radius + 1.0)
-        texels = np.concatenate([facets.order(chart)[start[f] : start[f + 1]] for f in near])
+        near = _around(speaker, rest, int(vertex), marks.radius + 1.0)
+        texels = np.concatenate([order[start[f] : start[f + 1]] for f in near])
         corners = rest[speaker.faces[chart.face[texels]]]
         place = np.einsum("tk,tkc->tc", chart.weights[texels], corners)
         distance = np.linalg.norm(place - rest[vertex], axis=1)
@@ -93,41 +93,20 @@ def add_dots(colour: Float32Array, speaker: Speaker, chart: Chart, person: Perso
     return out
 
 
-class _Facets:
-    """Facets near a vertex along the surface, so that no dot leaps from lip to lip."""
-
-    def __init__(self, speaker: Speaker, rest: Float32Array) -> None:
-        self._corners, self._rest = speaker.weld[speaker.faces], rest
-        self._weld = speaker.weld
-        self._flat = self._corners.ravel().argsort(kind="stable")
-        counts = np.bincount(self._corners.ravel(), minlength=int(speaker.weld.max()) + 1)
-        self._first = np.concatenate([[0], np.cumsum(counts)])
-        self._place = np.zeros((len(counts), 3), np.float32)
-        self._place[speaker.weld] = rest
-        self._order: NDArray[np.int64] | None = None
-
-    def order(self, chart: Chart) -> NDArray[np.int64]:
-        """Texels (T,) sorted by the facet that they show."""
-        if self._order is None:
-            self._order = chart.face.argsort(kind="stable")
-        return self._order
-
-    def around(self, vertex: int, reach: float) -> NDArray[np.int64]:
-        """Facets with a corner that can be walked to without leaving a ball of `reach` mm."""
-        centre = int(self._weld[vertex])
-        seen, front, found = {centre}, [centre], set[int]()
-        while front:
-            facets = {f for v in front for f in self._at(v)} - found
-            found |= facets
-            reached = set(self._corners[sorted(facets)].ravel().tolist()) - seen
-            seen |= reached
-            away = {v: np.linalg.norm(self._place[v] - self._place[centre]) for v in reached}
-            front = [v for v, distance in away.items() if distance < reach]
-        return np.array(sorted(found))
-
-    def _at(self, vertex: int) -> list[int]:
-        flat = self._flat[self._first[vertex] : self._first[vertex + 1]]
-        return [int(f) for f in flat // 3]
+def _around(speaker: Speaker, rest: Float32Array, vertex: int, reach: float) -> NDArray[np.int64]:
+    """Facets that can be walked to without leaving a ball, so that no dot leaps from lip to lip."""
+    weld, corners = speaker.weld, speaker.weld[speaker.faces]
+    near = np.zeros(int(weld.max()) + 1, np.bool_)
+    near[weld] = np.linalg.norm(rest - rest[vertex], axis=1) < reach
+    reached = np.zeros_like(near)
+    reached[weld[vertex]] = True
+    while True:
+        facets = np.flatnonzero(reached[corners].any(axis=1))
+        further = corners[facets].ravel()
+        further = further[near[further] & ~reached[further]]
+        if not len(further):
+            return facets
+        reached[further] = True
 
 
 def _spread(speaker: Speaker, rest: Float32Array, count: int) -> NDArray[np.int32]:

@@ -19,7 +19,6 @@ from abs_engine.studio.people.dots import add_dots
 from abs_engine.studio.people.person import Person, speaker_base
 from abs_engine.studio.people.tones import lip_colour
 
-_LUMA = np.array([0.299, 0.587, 0.114], np.float32)
 _PIGMENT = np.array([0.50, 0.74, 1.02], np.float32)
 """How much more of green and blue than of red a freckle takes away."""
 _HAIRS, _FRECKLES = 9000, ((0.5, 0.36, 230), (0.75, 0.30, 160), (1.05, 0.25, 100))
@@ -71,7 +70,7 @@ def _log_gain(speaker: Speaker, chart: Chart, person: Person, colour: Float32Arr
     if lips is None and person.skin is not None:
         lips = lip_colour(person.skin)
     to_lips = _towards(lip_source, lips)
-    luma = float(_LUMA @ (lip_source * np.exp(to_lips))) / float(_LUMA @ lip_source)
+    luma = float(regions.LUMA @ (lip_source * np.exp(to_lips))) / float(regions.LUMA @ lip_source)
     out = np.outer(bare * (1 - hair), _towards(skin_source, person.skin)) + np.outer(lip, to_lips)
     if person.hair is not None:
         dyed = _dyed(colour, hair_source, person.hair)
@@ -81,7 +80,7 @@ def _log_gain(speaker: Speaker, chart: Chart, person: Person, colour: Float32Arr
 
 def _dyed(colour: Float32Array, source: Float32Array, target: tuple[int, int, int]) -> Float32Array:
     """Hair in another colour: its strands keep half of their contrast and lose their own tint."""
-    strands = np.sqrt((colour @ _LUMA + 1) / (source @ _LUMA + 1))
+    strands = np.sqrt((colour @ regions.LUMA + 1) / (source @ regions.LUMA + 1))
     return np.asarray(np.outer(np.clip(strands, 0.5, 1.5), target), np.float32)
 
 

@@ -15,7 +15,7 @@ from abs_engine.core.arrays import Float32Array
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.people.chart import Chart
 
-_LUMA = np.array([0.299, 0.587, 0.114], np.float32)
+LUMA = np.array([0.299, 0.587, 0.114], np.float32)
 _HAIR_FROM = ((0, 25, 38, 52, 64, 74, 90, 130, 180), (88, 88, 80, 46, 24, 8, -14, -34, -48))
 """No cropped hair grows below this: degrees from the front, height in mm."""
 _BEARD_BELOW = ((0, 20, 34, 50, 66, 80), (-6, -12, -34, -36, -12, 10))
@@ -96,7 +96,7 @@ def hair(speaker: Speaker, chart: Chart, colour: Float32Array) -> tuple[Float32A
     crop = np.median(colour[on_skull & (azimuth > 70) & (azimuth < 110) & (y > 40)], axis=0)
     towards = np.log(crop + 2) - np.log(middle + 2)
     along = (np.log(colour + 2) - np.log(middle + 2)) @ towards / (towards @ towards)
-    dark = step((colour @ _LUMA) / (middle @ _LUMA), 0.85, 0.55)
+    dark = step((colour @ LUMA) / (middle @ LUMA), 0.85, 0.55)
     front = skin & (z > 45) & (y > 30) & (y < 64) & (np.abs(x) < 58)
     share = np.where(on_skull, step(along, 0.25, 0.85), np.where(front, dark, 0))
     return np.asarray(share, np.float32), np.asarray(crop, np.float32)

@@ -13,7 +13,11 @@ from abs_engine.studio.scenefile.scene import SceneFile
 def scene_text(scene: SceneFile) -> str:
     """A scene as the text of a scene file; reading it gives the same scene."""
     values = _given(scene)
-    lists = {k: v for k, v in values.items() if _is_tables(v)}
+    lists = {
+        k: v
+        for k, v in values.items()
+        if isinstance(v, tuple) and v and dataclasses.is_dataclass(v[0])
+    }
     lines = [f"{key} = {_value(value)}" for key, value in values.items() if key not in lists]
     for key, tables in lists.items():
         for table in tables:
@@ -25,15 +29,7 @@ def scene_text(scene: SceneFile) -> str:
 def _given(table: Any) -> dict[str, Any]:
     """Fields that say something; an absent key means None or an empty list."""
     values = {field.name: getattr(table, field.name) for field in dataclasses.fields(table)}
-    return {k: v for k, v in values.items() if v is not None and not _is_empty(v)}
-
-
-def _is_empty(value: Any) -> bool:
-    return isinstance(value, Mapping) and not value
-
-
-def _is_tables(value: Any) -> bool:
-    return isinstance(value, tuple) and bool(value) and dataclasses.is_dataclass(value[0])
+    return {k: v for k, v in values.items() if v is not None and v != {}}
 
 
 def _value(value: Any) -> str:

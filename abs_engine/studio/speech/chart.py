@@ -6,6 +6,7 @@ Source: the chart of the International Phonetic Association (2020), and Wells, J
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import cast
 
 from abs_engine.studio.speech.phonemes import Manner, Phoneme, Place
@@ -81,37 +82,34 @@ _ROUNDED = {"w": 1.0, "ʍ": 1.0, "ɥ": 1.0, "ɹ": 0.35, "ɻ": 0.35}
 def _consonants() -> list[tuple[str, str, Phoneme]]:
     """IPA symbol, X-SAMPA spelling and features of each consonant."""
     found = []
-    for row in _CONSONANTS.strip().splitlines():
-        place, manner, *names = row.split()
-        for index, (ipa, sampa) in enumerate(zip(names[::2], names[1::2], strict=True)):
-            phoneme = Phoneme(
-                ipa,
-                cast(Place, place),
-                cast(Manner, manner),
-                voiced=index > 0,
-                rounding=_ROUNDED.get(ipa, 0.0),
-            )
-            found.append((ipa, sampa, phoneme))
+    for (place, manner), index, ipa, sampa in _cells(_CONSONANTS, 2):
+        phoneme = Phoneme(
+            ipa, cast(Place, place), cast(Manner, manner), voiced=index > 0,
+            rounding=_ROUNDED.get(ipa, 0.0),
+        )  # fmt: skip
+        found.append((ipa, sampa, phoneme))
     return found
 
 
 def _vowels() -> list[tuple[str, str, Phoneme]]:
     """IPA symbol, X-SAMPA spelling and features of each vowel."""
     found = []
-    for row in _VOWELS.strip().splitlines():
-        height, *names = row.split()
-        for index, (ipa, sampa) in enumerate(zip(names[::2], names[1::2], strict=True)):
-            phoneme = Phoneme(
-                ipa,
-                "vowel",
-                "vowel",
-                height=float(height),
-                backness=index // 2 / 2,
-                rounding=float(index % 2),
-                reduced=ipa in "əᵻᵿ",
-            )
-            found.append((ipa, sampa, phoneme))
+    for (height,), index, ipa, sampa in _cells(_VOWELS, 1):
+        phoneme = Phoneme(
+            ipa, "vowel", "vowel", height=float(height), backness=index // 2 / 2,
+            rounding=float(index % 2), reduced=ipa in "əᵻᵿ",
+        )  # fmt: skip
+        found.append((ipa, sampa, phoneme))
     return found
+
+
+def _cells(table: str, heads: int) -> Iterator[tuple[list[str], int, str, str]]:
+    """Heads of a table's row, and the place in it, IPA symbol and spelling of each sound."""
+    for row in table.strip().splitlines():
+        words = row.split()
+        names = words[heads:]
+        for index, pair in enumerate(zip(names[::2], names[1::2], strict=True)):
+            yield words[:heads], index, *pair
 
 
 _SOUNDS = [*_consonants(), *_vowels()]

@@ -21,16 +21,9 @@ def _longer(factor: float) -> _Change:
     return lambda p: replace(p, length=p.length * factor)
 
 
-def _raised(step: float) -> _Change:
-    return lambda p: replace(p, height=min(max(p.height + step, 0.0), 1.0))
-
-
-def _backed(step: float) -> _Change:
-    return lambda p: replace(p, backness=min(max(p.backness + step, 0.0), 1.0))
-
-
-def _rounded(step: float) -> _Change:
-    return lambda p: replace(p, rounding=min(max(p.rounding + step, 0.0), 1.0))
+def _more(feature: str, step: float) -> _Change:
+    """More of a feature that goes from 0 to 1; less where the step is below 0."""
+    return lambda p: replace(p, **{feature: min(max(getattr(p, feature) + step, 0.0), 1.0)})
 
 
 def _same(phoneme: Phoneme) -> Phoneme:
@@ -45,15 +38,15 @@ _MARKS: tuple[tuple[str, tuple[str, ...], _Change], ...] = (
     ("\u032f", ("_^",), _longer(0.6)),  # not syllabic
     ("\u0329", ("_=", "="), _longer(1.4)),  # syllabic
     ("\u0303", ("_~", "~"), lambda p: replace(p, nasal=True)),
-    ("ʷ", ("_w",), _rounded(0.7)),
+    ("ʷ", ("_w",), _more("rounding", 0.7)),
     ("ʲ", ("_j", "'"), lambda p: replace(p, palatalised=True)),
     ("˞", ("`",), lambda p: replace(p, rhotic=True)),
-    ("\u0339", ("_O",), _rounded(0.25)),
-    ("\u031c", ("_c",), _rounded(-0.25)),
-    ("\u031d", ("_r",), _raised(0.12)),
-    ("\u031e", ("_o",), _raised(-0.12)),
-    ("\u031f", ("_+",), _backed(-0.25)),
-    ("\u0320", ("_-",), _backed(0.25)),
+    ("\u0339", ("_O",), _more("rounding", 0.25)),
+    ("\u031c", ("_c",), _more("rounding", -0.25)),
+    ("\u031d", ("_r",), _more("height", 0.12)),
+    ("\u031e", ("_o",), _more("height", -0.12)),
+    ("\u031f", ("_+",), _more("backness", -0.25)),
+    ("\u0320", ("_-",), _more("backness", 0.25)),
     ("\u0308", ('_"',), lambda p: replace(p, backness=0.5)),
     ("\u033d", ("_x",), lambda p: replace(p, backness=0.5)),
     # The rest leaves lips and jaw where they are: phonation, release, tone, places in the mouth.
