@@ -32,7 +32,7 @@ from abs_engine.core.geometry import FACING
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.closing import closed_in_picture, narrow
 from abs_engine.evaluate.estimate import ClosedBy, Estimate, PointTrack
-from abs_engine.evaluate.neutral_alignment import landmark_curves
+from abs_engine.evaluate.metrics.curves import landmark_curves
 from abs_engine.io.csv_table import Table, read_table
 
 COUNT = 68

@@ -31,8 +31,8 @@ from abs_engine.evaluate.measures import (
     track_means,
 )
 from abs_engine.evaluate.metrics.bootstrap import Mean, confidence, value
+from abs_engine.evaluate.metrics.curves import landmark_curves
 from abs_engine.evaluate.metrics.failure import LIMIT_MM, LIMIT_NORMALISED
-from abs_engine.evaluate.neutral_alignment import landmark_curves
 
 PRIMARY = ("lip_landmarks", "lip_points", "lips", "landmarks", "face", "jaw")
 """The track by which frames fail: the landmarks of the lips, or what comes nearest to them."""

@@ -181,12 +181,13 @@ _LAYOUT: Layout = {
 }
 
 
+_AS_THEY_ARE = ("vertices", "faces", "uv", "weld", "facet_class", "units", "identity")
+
+
 def _known(name: str, names: Container[str]) -> str:
     """The name, if the speaker has it."""
     if name not in names:
-        raise ModelFormatError(
-            f"the speaker has no shape target '{name}'", "make it again with assets/make_speaker.py"
-        )
+        raise ModelFormatError(f"the speaker has no shape target '{name}'", _AGAIN)
     return name
 
 
@@ -251,7 +252,11 @@ def _read(path: Path) -> Speaker:
     embedded = "own_texture" in given
     layout = {**_LAYOUT, **_embedded_layout(given)} if embedded else _LAYOUT
     data = check_arrays(path, given, layout, _AGAIN)
-    own = _embedded(given | data) if embedded else _beside(data, path.parent)
+    own: dict[str, Any] = {k: data[k] for k in _AS_THEY_ARE}
+    if embedded:
+        own |= _embedded(given | data)
+    else:
+        own["points"] = load_points(path.parent / POINTS, len(own["vertices"]), len(own["faces"]))
     speaker = Speaker(
         class_names=tuple(map(str, data["class_names"])),
         unit_names=tuple(map(str, data["unit_names"])),
@@ -259,22 +264,10 @@ def _read(path: Path) -> Speaker:
         people=dict(zip(map(str, data["people_names"]), data["people"], strict=True)),
         landmarks={k: data[k] for k in _LANDMARKS},
         folder=path.parent,
-        vertices=data["vertices"],
-        faces=data["faces"],
-        uv=data["uv"],
-        weld=data["weld"],
-        facet_class=data["facet_class"],
-        units=data["units"],
-        identity=data["identity"],
         **own,
     )
     check_mesh(speaker.vertices.astype(np.float64), speaker.faces)
     return speaker
-
-
-def _beside(data: Mapping[str, NDArray[Any]], folder: Path) -> dict[str, Any]:
-    """Arrays of the files beside that of a head."""
-    return {"points": load_points(folder / POINTS, len(data["vertices"]), len(data["faces"]))}
 
 
 def _embedded_layout(data: Mapping[str, NDArray[Any]]) -> Layout:
@@ -287,10 +280,8 @@ def _embedded_layout(data: Mapping[str, NDArray[Any]]) -> Layout:
 
 def _embedded(data: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
     """Arrays of its own in the file of an imported head."""
-    parts = {name: _part(data, f"{name}_") for name in ("points", "looks", "network")}
+    parts = {
+        part: {k.removeprefix(f"{part}_"): v for k, v in data.items() if k.startswith(f"{part}_")}
+        for part in ("points", "looks", "network")
+    }
     return {"own_texture": data["own_texture"], **parts}
-
-
-def _part(data: Mapping[str, NDArray[Any]], start: str) -> dict[str, Any]:
-    """The arrays whose names start so, without that."""
-    return {k.removeprefix(start): v for k, v in data.items() if k.startswith(start)}

@@ -32,6 +32,7 @@ TIMES = 20
 """What they may unpack to of a larger file, such as the run of an hour: as often its own size."""
 MOST_ARRAYS = 1 << 12
 """Arrays in a file."""
+_WHOLE = "check that it is whole"
 _TAKEN = {"format", "version", "file", "allow_pickle"}
 """What the file says itself, and arguments of `numpy.savez_compressed`."""
 
@@ -168,7 +169,7 @@ def format_of(data: Mapping[str, NDArray[np.generic]]) -> str:
     return str(named) if str(named).isprintable() else "unknown"
 
 
-def read_kind(path: Path, remedy: str = "check that it is whole") -> str:
+def read_kind(path: Path, remedy: str = _WHOLE) -> str:
     """Stated format of an `.npz`, without reading its arrays.
 
     `remedy` says what to do with a file that is no `.npz`.
@@ -178,11 +179,8 @@ def read_kind(path: Path, remedy: str = "check that it is whole") -> str:
     InputFileError
         If the file is missing or no NPZ archive.
     """
-    try:
-        with _archive(path) as archive:
-            named = {"format": np.asarray(archive["format"])} if "format" in archive else {}
-    except BROKEN as error:
-        raise InputFileError(f"{path} is not an NPZ file", remedy) from error
+    with _archive(path, remedy) as archive:
+        named = {"format": np.asarray(archive["format"])} if "format" in archive else {}
     return format_of(named)
 
 
@@ -198,13 +196,10 @@ def read_some(
     ModelFormatError
         If format or version differ.
     """
-    try:
-        with _archive(path) as archive:
-            names = tuple(archive.files)
-            kept = {"format", "version", *wanted} & set(names)
-            data = {name: np.asarray(archive[name]) for name in kept}
-    except BROKEN as error:
-        raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error
+    with _archive(path) as archive:
+        names = tuple(archive.files)
+        kept = {"format", "version", *wanted} & set(names)
+        data = {name: np.asarray(archive[name]) for name in kept}
     check_format(path, data, kind, version)
     return names, data
 
@@ -225,12 +220,8 @@ def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
     InputFileError
         If the file is missing, no NPZ archive, or unpacks to more than `LARGEST` and `TIMES` say.
     """
-    try:
-        with _archive(path) as archive:
-            # what is no array within the archive comes as bytes
-            data = {name: np.asarray(archive[name]) for name in archive.files}
-    except BROKEN as error:
-        raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error
+    with _archive(path) as archive:  # what is no array within it comes as bytes
+        data = {name: np.asarray(archive[name]) for name in archive.files}
     endless = [name for name, values in data.items() if values.size > LARGEST]  # of no bytes each
     if endless:
         raise InputFileError(f"{endless[0]!r} of {path} has no end", "check where it is from")
@@ -238,15 +229,18 @@ def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
 
 
 @contextmanager
-def _archive(path: Path) -> Iterator[np.lib.npyio.NpzFile]:
+def _archive(path: Path, remedy: str = _WHOLE) -> Iterator[np.lib.npyio.NpzFile]:
     """An archive to read from; its size is taken from its own directory, before any memory is."""
     check_file(path)
-    with zipfile.ZipFile(path) as directory:
-        sizes = [entry.file_size for entry in directory.infolist()]
-    if sum(sizes) > max(LARGEST, TIMES * path.stat().st_size) or len(sizes) > MOST_ARRAYS:
-        raise InputFileError(
-            f"{path} unpacks to {sum(sizes) / 1e9:.1f} GB in {len(sizes)} arrays: too much",
-            "check where it is from",
-        )
-    with np.load(path, allow_pickle=False) as archive:
-        yield archive
+    try:
+        with zipfile.ZipFile(path) as directory:
+            sizes = [entry.file_size for entry in directory.infolist()]
+        if sum(sizes) > max(LARGEST, TIMES * path.stat().st_size) or len(sizes) > MOST_ARRAYS:
+            raise InputFileError(
+                f"{path} unpacks to {sum(sizes) / 1e9:.1f} GB in {len(sizes)} arrays: too much",
+                "check where it is from",
+            )
+        with np.load(path, allow_pickle=False) as archive:
+            yield archive
+    except BROKEN as error:
+        raise InputFileError(f"{path} is not an NPZ file", remedy) from error

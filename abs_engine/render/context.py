@@ -124,7 +124,8 @@ class GLContext:
         wanted = _wanted(backend)
         if _Process.context is not None:
             return _join(_Process.context, wanted)
-        _set_thread_count()
+        # llvmpipe draws small windows fastest without worker threads; a user's choice stands
+        os.environ.setdefault("LP_NUM_THREADS", "0")
         attempts: list[Attempt] = []
         for name in wanted:
             try:
@@ -244,11 +245,6 @@ def _hidden() -> tuple[str, ...]:
 _HIDDEN_TEXT = (f"hidden by {HIDE_VARIABLE}", egl.PACKAGES_EGL)
 
 
-def _set_thread_count() -> None:
-    """Llvmpipe draws small windows fastest without worker threads; a user's choice stands."""
-    os.environ.setdefault("LP_NUM_THREADS", "0")
-
-
 def _try(name: str, before: tuple[Attempt, ...]) -> GLContext:
     if name in _hidden():
         raise OpenGLError(*_HIDDEN_TEXT)
@@ -279,16 +275,8 @@ def _device(before: tuple[Attempt, ...]) -> GLContext:
     raise OpenGLError(problem, "install the driver of your GPU, or use egl-surfaceless")
 
 
-def _surfaceless(before: tuple[Attempt, ...]) -> GLContext:
-    return _wrap(egl.open_surfaceless(), "egl-surfaceless", before)
-
-
-def _osmesa(before: tuple[Attempt, ...]) -> GLContext:
-    return _wrap(osmesa.open_osmesa(), "osmesa", before)
-
-
 _OPENERS: dict[str, Callable[[tuple[Attempt, ...]], GLContext]] = {
     "egl-device": _device,
-    "egl-surfaceless": _surfaceless,
-    "osmesa": _osmesa,
+    "egl-surfaceless": lambda before: _wrap(egl.open_surfaceless(), "egl-surfaceless", before),
+    "osmesa": lambda before: _wrap(osmesa.open_osmesa(), "osmesa", before),
 }

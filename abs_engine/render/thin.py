@@ -13,12 +13,11 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.scene import Candidates, ClassMaps, PixelTerm, Scene
 from abs_engine.render import facets, targets
 from abs_engine.render.context import GLContext
-from abs_engine.render.labelled import Labelled
 from abs_engine.render.layout import settle, submit, worth_drawing
 from abs_engine.render.pixel_kernels import outlines
 from abs_engine.render.pixelsum import colour_error, sum_class_maps
 from abs_engine.render.programs import Programs
-from abs_engine.render.upload import SceneUpload, TermUpload, WeakCache
+from abs_engine.render.upload import Labelled, SceneUpload, TermUpload, WeakCache
 from abs_engine.render.vertex import clip_positions
 
 

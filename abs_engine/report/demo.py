@@ -12,7 +12,7 @@ from abs_engine.core.provenance import code_digest, made_by
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset import Truth, load_truth
 from abs_engine.evaluate.catalogue import warn_of_faults
-from abs_engine.evaluate.line_of_sight import position_errors
+from abs_engine.evaluate.metrics.pose import position_errors
 from abs_engine.evaluate.score import Score
 from abs_engine.evaluate.score_table import as_json, shown, title, used
 from abs_engine.evaluate.truth_report import draw

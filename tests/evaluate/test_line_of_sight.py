@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.evaluate.line_of_sight import position_errors
+from abs_engine.evaluate.metrics.pose import position_errors
 from abs_engine.report.demo_page import camera_error, demo_page, head_given
 
 

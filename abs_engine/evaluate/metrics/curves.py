@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 
+STABLE = [27, 28, 29, 30, 36, 39, 42, 45]
+"""Landmarks that move least with expression: bridge of the nose and corners of the eyes."""
+
 
 @dataclass(frozen=True)
 class CurveError:
@@ -81,6 +84,37 @@ def lip_curves(outer_12: ArrayLike, inner_8: ArrayLike) -> dict[str, FloatArray]
         "width": np.linalg.norm(outer[:, 0] - outer[:, 6], axis=1),
         "protrusion": (outer[:, 3, 2] + outer[:, 9, 2]) / 2,
     }
+
+
+def landmark_curves(points: FloatArray, rest: FloatArray | None) -> dict[str, FloatArray]:
+    """Lip curves of the 68 landmarks, see `lip_curves`.
+
+    Parameters
+    ----------
+    points : (T, 68, 3) float64, mm
+    rest : (68, 3) float64, mm, head frame, optional
+        The person's landmarks at rest: the stable ones of each frame are laid on them first. None
+        for points in head coordinates, which are taken as they are.
+    """
+    placed = points if rest is None else lay_on_rest(points, rest)
+    return lip_curves(placed[:, 48:60], placed[:, 60:68])
+
+
+def lay_on_rest(points: FloatArray, rest: FloatArray) -> FloatArray:
+    """Landmarks (T, 68, 3) after the rigid motion of each frame that fits `STABLE` to rest best.
+
+    NaN where one of `STABLE` is missing. Least squares (Kabsch 1976), never a mirror image.
+    """
+    out = np.full(points.shape, np.nan)
+    known = np.isfinite(points[:, STABLE]).all(axis=(1, 2))
+    if not known.any():
+        return out
+    here, there = points[known], rest[STABLE]
+    centre, middle = here[:, STABLE].mean(axis=1, keepdims=True), there.mean(axis=0)
+    u, _, vt = np.linalg.svd(np.swapaxes(here[:, STABLE] - centre, 1, 2) @ (there - middle))
+    u[..., 2] *= np.sign(np.linalg.det(u @ vt))[:, None]
+    out[known] = (here - centre) @ (u @ vt) + middle
+    return out
 
 
 def spikes(curve: ArrayLike, threshold: float) -> int:

@@ -34,16 +34,11 @@ def read_obj(path: Path, deltas: Path | None) -> MorphMesh:
     uv = _on_texture(path, _triangles(seen)[0]) if any(map(any, seen)) else None
     names = tuple(dict.fromkeys(parts)) or ("",)
     part = np.array([names.index(parts[k]) for k in of], np.int32)
-    files = (
-        [] if deltas is None else sorted(p for p in deltas.glob("*") if _is_obj(p) and p != path)
-    )
+    others = [] if deltas is None else sorted(deltas.glob("*"))
+    files = [p for p in others if p.suffix.lower() == ".obj" and p != path]
     targets = {p.stem: displacement(p.stem, read_places(p), places) for p in files}
     whole = None if uv is None else tiled(uv)
     return MorphMesh(str(path), places, faces, part, names, targets, uv=whole)
-
-
-def _is_obj(path: Path) -> bool:
-    return path.suffix.lower() == ".obj"
 
 
 def read_places(path: Path) -> NDArray[np.float64]:
