@@ -39,8 +39,8 @@ class InstancedPath:
     gl : GLContext
     programs : Programs
     pool : TargetPool
-    terms : WeakCache
-        Uploads of pixel terms.
+    scenes, terms : WeakCache
+        Uploads of scenes and of pixel terms.
 
     Raises
     ------
@@ -53,26 +53,23 @@ class InstancedPath:
         gl: GLContext,
         programs: Programs,
         pool: targets.TargetPool,
+        scenes: WeakCache[Scene, SceneUpload],
         terms: WeakCache[PixelTerm, TermUpload],
     ) -> None:
         if not can_layer(gl):
             raise OpenGLError(
                 f"{gl.renderer} lacks {', '.join(LAYER_EXTENSIONS)}", "use the thin vertex path"
             )
-        self._gl, self._programs, self._pool, self._terms = gl, programs, pool, terms
-        self._thin = ThinPath(gl, programs, pool, terms)
+        self._gl, self._programs, self._pool = gl, programs, pool
+        self._scenes, self._terms = scenes, terms
+        self._thin = ThinPath(gl, programs, pool, scenes)
         self._scratch: dict[str, moderngl.Buffer] = {}
 
     def draw(
-        self,
-        upload: SceneUpload,
-        scene: Scene,
-        candidates: Candidates,
-        camera: Camera,
-        window: Window,
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window
     ) -> list[Buffers]:
         """Buffers of every candidate."""
-        out: list[Buffers] = []
+        upload, out = self._scenes.get(scene), list[Buffers]()
         for part in _chunks(len(candidates), window, targets.ALL_BUFFERS):
             clips = self._deform(upload, candidates, part, camera, window)
             layers = part.stop - part.start
@@ -83,19 +80,13 @@ class InstancedPath:
         return out
 
     def outlines(
-        self,
-        upload: SceneUpload,
-        scene: Scene,
-        candidates: Candidates,
-        camera: Camera,
-        window: Window,
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window
     ) -> list[Outlines]:
         """Borders of every candidate, by the thin path: a number a pixel is read, not eight."""
-        return self._thin.outlines(upload, scene, candidates, camera, window)
+        return self._thin.outlines(scene, candidates, camera, window)
 
     def picture(
         self,
-        upload: SceneUpload,
         scene: Scene,
         candidates: Candidates,
         index: int,
@@ -104,20 +95,16 @@ class InstancedPath:
         canvas: targets.Canvas,
     ) -> NDArray[np.uint8]:
         """A multisampled picture of one candidate."""
+        upload = self._scenes.get(scene)
         clips = self._deform(upload, candidates, slice(index, index + 1), camera, window)
         weights = candidates.weights[index : index + 1]
         return facets.draw_picture(self._gl, self._programs, upload, clips, canvas, weights)
 
     def measure(
-        self,
-        upload: SceneUpload,
-        scene: Scene,
-        candidates: Candidates,
-        camera: Camera,
-        window: Window,
-        term: PixelTerm,
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window, term: PixelTerm
     ) -> Sums:
         """Sums of every candidate."""
+        upload = self._scenes.get(scene)
         by_class = isinstance(term, ClassMaps)
         formats = targets.LABEL if by_class else targets.TEXTURE_UV
         total = np.empty(len(candidates), np.float64)

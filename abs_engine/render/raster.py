@@ -62,9 +62,11 @@ class OpenGLRenderer:
         self._pool = targets.TargetPool(self.gl)
         self._scenes = WeakCache[Scene, SceneUpload](lambda s: SceneUpload(self.gl, s))
         self._terms = WeakCache[PixelTerm, TermUpload](lambda t: TermUpload(self.gl, t))
-        path = InstancedPath if self.vertex_path == "instanced" else ThinPath
+        shared = self.gl, self._programs, self._pool, self._scenes
+        self._path: ThinPath | InstancedPath = ThinPath(*shared)
         try:
-            self._path = path(self.gl, self._programs, self._pool, self._terms)
+            if self.vertex_path == "instanced":
+                self._path = InstancedPath(*shared, self._terms)
         except OpenGLError:
             self.gl.close()
             raise
@@ -96,7 +98,7 @@ class OpenGLRenderer:
         check_weights(scene, candidates)
         with self._current():
             self._set_state(scene.cull)
-            return self._path.draw(self._scenes.get(scene), scene, candidates, camera, window)
+            return self._path.draw(scene, candidates, camera, window)
 
     def outlines(
         self, scene: Scene, candidates: Candidates, camera: Camera, window: Window
@@ -105,7 +107,7 @@ class OpenGLRenderer:
         check_weights(scene, candidates)
         with self._current():
             self._set_state(scene.cull)
-            return self._path.outlines(self._scenes.get(scene), scene, candidates, camera, window)
+            return self._path.outlines(scene, candidates, camera, window)
 
     def measure(
         self, scene: Scene, candidates: Candidates, camera: Camera, window: Window, term: PixelTerm
@@ -122,10 +124,9 @@ class OpenGLRenderer:
         check_weights(scene, candidates)
         check_term(term, window)
         with self._current():
-            upload = self._scenes.get(scene)
-            check_classes(upload.highest_class, term)
+            check_classes(self._scenes.get(scene).highest_class, term)
             self._set_state(scene.cull)
-            return self._path.measure(upload, scene, candidates, camera, window, term)
+            return self._path.measure(scene, candidates, camera, window, term)
 
     def picture(
         self, scene: Scene, candidates: Candidates, camera: Camera, window: Window, samples: int = 4
@@ -145,11 +146,10 @@ class OpenGLRenderer:
         check_weights(scene, candidates)
         with self._current():
             self._set_state(scene.cull)
-            upload = self._scenes.get(scene)
             canvas = targets.Canvas(self.gl, window.drawn, samples)
             try:
                 return [
-                    self._path.picture(upload, scene, candidates, i, camera, window, canvas)
+                    self._path.picture(scene, candidates, i, camera, window, canvas)
                     for i in range(len(candidates))
                 ]
             finally:

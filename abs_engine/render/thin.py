@@ -17,7 +17,7 @@ from abs_engine.render.layout import settle, submit, worth_drawing
 from abs_engine.render.pixel_kernels import outlines
 from abs_engine.render.pixelsum import colour_error, sum_class_maps
 from abs_engine.render.programs import Programs
-from abs_engine.render.upload import Labelled, SceneUpload, TermUpload, WeakCache
+from abs_engine.render.upload import Labelled, SceneUpload, WeakCache
 from abs_engine.render.vertex import clip_positions
 
 
@@ -29,8 +29,8 @@ class ThinPath:
     gl : GLContext
     programs : Programs
     pool : TargetPool
-    terms : WeakCache
-        Not used: pixel terms stay on the CPU here.
+    scenes : WeakCache
+        Uploads of scenes.
     """
 
     def __init__(
@@ -38,19 +38,15 @@ class ThinPath:
         gl: GLContext,
         programs: Programs,
         pool: targets.TargetPool,
-        terms: WeakCache[PixelTerm, TermUpload],
+        scenes: WeakCache[Scene, SceneUpload],
     ) -> None:
-        self._gl, self._programs, self._pool = gl, programs, pool
+        self._gl, self._programs, self._pool, self._scenes = gl, programs, pool, scenes
 
     def draw(
-        self,
-        upload: SceneUpload,
-        scene: Scene,
-        candidates: Candidates,
-        camera: Camera,
-        window: Window,
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window
     ) -> list[Buffers]:
         """Buffers of every candidate."""
+        upload = self._scenes.get(scene)
         target = self._pool.get((*window.drawn, 1), targets.ALL_BUFFERS)
         given = self._gl, self._programs, upload, upload.vertex_buffer, target
         written = _written(upload, scene, candidates, camera, window)
@@ -61,14 +57,10 @@ class ThinPath:
         return [buffers for (buffers,) in drawn]
 
     def outlines(
-        self,
-        upload: SceneUpload,
-        scene: Scene,
-        candidates: Candidates,
-        camera: Camera,
-        window: Window,
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window
     ) -> list[Outlines]:
         """Borders of every candidate: OpenGL draws facets' numbers, the CPU computes the rest."""
+        upload = self._scenes.get(scene)
         target = self._pool.get((*window.drawn, 1), targets.LABEL)
         clip, found = camera.clip_matrix(window), []
         for i in range(len(candidates)):
@@ -83,7 +75,6 @@ class ThinPath:
 
     def picture(
         self,
-        upload: SceneUpload,
         scene: Scene,
         candidates: Candidates,
         index: int,
@@ -92,6 +83,7 @@ class ThinPath:
         canvas: targets.Canvas,
     ) -> NDArray[np.uint8]:
         """A multisampled picture of one candidate."""
+        upload = self._scenes.get(scene)
         clip = camera.clip_matrix(window)
         upload.vertex_buffer.write(clip_positions(scene, candidates, index, camera, clip))
         weights = candidates.weights[index : index + 1]
@@ -99,15 +91,10 @@ class ThinPath:
         return facets.draw_picture(*given)
 
     def measure(
-        self,
-        upload: SceneUpload,
-        scene: Scene,
-        candidates: Candidates,
-        camera: Camera,
-        window: Window,
-        term: PixelTerm,
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window, term: PixelTerm
     ) -> Sums:
         """Sums of every candidate."""
+        upload = self._scenes.get(scene)
         by_class = isinstance(term, ClassMaps)
         target = self._pool.get(
             (*window.drawn, 1), targets.LABEL if by_class else targets.TEXTURE_UV
