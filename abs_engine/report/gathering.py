@@ -25,7 +25,6 @@ from abs_engine.evaluate.score import error_map, measure, summary, truth_curves
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.files import check_free, write_new
 from abs_engine.io.video import probe, read_frames
-from abs_engine.report import film
 from abs_engine.report.data import Head, ReportData, System, TrueClip
 from abs_engine.report.drawing.colours import clay_colours
 from abs_engine.report.estimate_parts import (
@@ -37,12 +36,12 @@ from abs_engine.report.estimate_parts import (
     with_protrusion,
 )
 from abs_engine.report.facts import made_facts, origins, run_facts, truth_facts
+from abs_engine.report.film import filmed, shorten
 from abs_engine.report.inspect.run_video import check_video, find_video
 from abs_engine.report.inspect.runs import load_run_head
 from abs_engine.report.motion import compress
 from abs_engine.report.page import report_page
 from abs_engine.report.quantities import CURVES, SURENESS, error_rows, error_series, sureness_series
-from abs_engine.report.run_film import filmed
 from abs_engine.report.scoring import landmarks_of, notes_of, read_result, same_mesh
 
 MOST_PLAYED = 1000
@@ -226,7 +225,7 @@ def _without_truth(
         sureness = sureness_series(head.arrays)
         systems.append(replace(system, sureness=sureness, facts=run_facts(head.folder)))
     tell("reading the video")
-    shown, _ = film.shorten(read_frames(video), first.rate, played, ())
+    shown, _ = shorten(read_frames(video), first.rate, played, ())
     return ReportData(
         title=f"{video.name}: tracked",
         subtitle=_subtitle(len(first), first.rate, first.camera) + "; no ground truth",

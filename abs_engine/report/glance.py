@@ -10,7 +10,7 @@ from abs_engine.evaluate.score_table import shown, shown_unit
 from abs_engine.report.data import ReportData
 from abs_engine.report.document import safe
 from abs_engine.report.drawing import colours
-from abs_engine.report.pieces import key
+from abs_engine.report.sections import key
 
 CARDS = (
     ("frames_lost",),

@@ -12,7 +12,6 @@ from abs_engine.report.data import ReportData, Rows, System
 from abs_engine.report.document import safe
 from abs_engine.report.drawing import colours
 from abs_engine.report.embed import data_url
-from abs_engine.report.pieces import key, swatch
 from abs_engine.report.quantities import SHARE
 
 SCALE_ENDS = (0.5, 1.0, 2.0, 4.0, 10.0, 20.0)  # mm
@@ -20,6 +19,27 @@ _NO_WEBGL = (
     '<p class="warning no-webgl" hidden>This browser gives the page no WebGL 2, which the 3D '
     "pictures need.</p>"
 )
+
+
+def key(data: ReportData) -> str:
+    """The legend of all curves, to be read beside each chart."""
+    named = [("truth", colours.truth_stroke())] if data.true is not None else []
+    named += [(s.name, colours.system_stroke(k)) for k, s in enumerate(data.systems)]
+    items = "".join(f"<li>{swatch(stroke)}{safe(name)}</li>" for name, stroke in named)
+    if data.true is not None:
+        items += '<li><span class="swatch area" style="background:#dddde3"></span>'
+        items += "lips truly closed</li>"
+    return f'<ul class="legend">{items}</ul>'
+
+
+def swatch(stroke: colours.Stroke) -> str:
+    """A piece of a line, as it is drawn."""
+    gaps = " ".join(map(str, stroke.gaps)) or "none"
+    line = (
+        f'<line x1="0" y1="50%" x2="44" y2="50%" stroke="{stroke.colour}" '
+        f'stroke-width="{stroke.width:g}" stroke-dasharray="{gaps}"/>'
+    )
+    return f'<svg class="swatch" width="44" height="8" aria-hidden="true">{line}</svg>'
 
 
 def player(data: ReportData) -> str:

@@ -16,9 +16,8 @@ from abs_engine.dataset.codec import OTHER
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.appearance.optics import backdrop, composite
 from abs_engine.studio.geometry import inner_shade, smooth_normals
-from abs_engine.studio.glass import Drawn, Glass, joined
 from abs_engine.studio.labels import Cover, Geometry, Skin, Surface, visible
-from abs_engine.studio.mirror import Mirror
+from abs_engine.studio.mirror import Drawn, Glass, Mirror, joined
 from abs_engine.studio.plan import ClipPlan, Prop
 from abs_engine.studio.process import Worker
 from abs_engine.studio.sequence import deform

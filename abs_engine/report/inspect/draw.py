@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from abs_engine.core.arrays import Image
 from abs_engine.core.scene import Renderer
 from abs_engine.io.files import check_free
-from abs_engine.report.inspect.film import Film
 from abs_engine.report.inspect.heads import (
     draw_nomogram,
     draw_portrait,
@@ -16,7 +15,7 @@ from abs_engine.report.inspect.heads import (
 )
 from abs_engine.report.inspect.label_kinds import draw_label
 from abs_engine.report.inspect.labels import LABELS
-from abs_engine.report.inspect.output import Progress, is_film, write_film, write_picture
+from abs_engine.report.inspect.output import Film, Progress, is_film, write_film, write_picture
 from abs_engine.report.inspect.request import Request
 from abs_engine.report.inspect.run_kinds import draw_error, draw_overlay
 

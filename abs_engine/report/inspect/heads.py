@@ -15,8 +15,7 @@ from abs_engine.io.assets import load_speaker
 from abs_engine.report.drawing.layout import captioned, columns_of, sheet
 from abs_engine.report.drawing.view import views_of
 from abs_engine.report.inspect.body import Body, person_body, posed
-from abs_engine.report.inspect.film import Film
-from abs_engine.report.inspect.output import Progress
+from abs_engine.report.inspect.output import Film, Progress
 from abs_engine.report.inspect.request import Request
 from abs_engine.report.inspect.runs import load_run_head
 from abs_engine.report.inspect.sheets import (

@@ -14,10 +14,9 @@ from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.report.drawing.layout import beside, captioned, evenly, framed
 from abs_engine.report.drawing.view import views_of
 from abs_engine.report.inspect.body import posed
-from abs_engine.report.inspect.film import SHEET_TILES, Film, presented
 from abs_engine.report.inspect.heads import FILM_VIEWS, person_of
 from abs_engine.report.inspect.labels import LabelFrame, LabelPainter, limits_of
-from abs_engine.report.inspect.output import Progress
+from abs_engine.report.inspect.output import SHEET_TILES, Film, Progress, presented
 from abs_engine.report.inspect.request import Request
 from abs_engine.report.inspect.runs import load_run_head
 from abs_engine.report.inspect.sheets import RATE, turn_angles

@@ -1,21 +1,44 @@
-"""Writes a picture or a film, whole or not at all."""
+"""Pictures and films: one frame, a sheet or all of them, written whole or not at all."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from abs_engine.core.arrays import Image
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.kinds import checked_frame
 from abs_engine.io.files import png, scratch, write_new
 from abs_engine.io.video import VideoWriter
+from abs_engine.report.drawing.layout import columns_of, evenly, sheet
+from abs_engine.report.inspect.request import Request
 
 Progress = Callable[[int, int], None]
 """Called with the number of pictures done and of all."""
 
 SUFFIXES = (".png", ".mp4")
+SHEET_TILES = 20
+"""Frames on a sheet."""
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """Frames to be written as a video.
+
+    Parameters
+    ----------
+    frames : iterable of (H, W, 3) uint8 RGB
+    count : int
+    rate : float
+        Frames per second.
+    """
+
+    frames: Iterable[Image]
+    count: int
+    rate: float
 
 
 def is_film(path: Path) -> bool:
@@ -32,6 +55,49 @@ def is_film(path: Path) -> bool:
             f"{path.name} is neither PNG nor MP4", "let its name end in .png or .mp4"
         )
     return suffix == ".mp4"
+
+
+def presented(
+    request: Request,
+    film: bool,
+    count: int,
+    rate: float,
+    painted: Callable[[list[int]], Iterator[Image]],
+    progress: Progress | None,
+) -> Image | Film:
+    """Requested pictures: one frame, a film of all frames, or a sheet of evenly spread ones.
+
+    Parameters
+    ----------
+    request : Request
+    film : bool
+    count : int
+        How many frames there are.
+    rate : float
+        Frames per second.
+    painted : callable
+        Given numbers of frames, yields their pictures, all of one size.
+    progress : callable, optional
+
+    Raises
+    ------
+    ParameterError
+        If there is no such frame.
+    """
+    if request.frame is not None:
+        if film:
+            raise ParameterError("one frame is not a film", "let the file's name end in .png")
+        return next(painted([checked_frame(request.frame, count)]))
+    if film:
+        return Film(painted(list(range(count))), count, rate)
+    wanted, tiles = evenly(count, SHEET_TILES), []
+    for tile in painted(wanted):
+        tiles.append(tile)
+        if progress is not None:
+            progress(len(tiles), len(wanted))
+    if len(tiles) == 1:
+        return tiles[0]
+    return sheet(tiles, columns_of(len(tiles), (tiles[0].shape[1], tiles[0].shape[0])))
 
 
 def write_picture(path: Path, picture: Image) -> None:

@@ -19,7 +19,6 @@ from abs_engine.report.drawing.layout import beside
 from abs_engine.report.drawing.legend import colour_bar
 from abs_engine.report.drawing.view import views_of
 from abs_engine.report.inspect.body import Body, posed
-from abs_engine.report.inspect.film import Film, presented
 from abs_engine.report.inspect.heads import FILM_VIEWS, person_of
 from abs_engine.report.inspect.heat import (
     HEAT_COLOURS,
@@ -28,7 +27,7 @@ from abs_engine.report.inspect.heat import (
     heat_pictures,
     read_values,
 )
-from abs_engine.report.inspect.output import Progress
+from abs_engine.report.inspect.output import Film, Progress, presented
 from abs_engine.report.inspect.overlay import OverlayPainter
 from abs_engine.report.inspect.request import Request
 from abs_engine.report.inspect.run_video import find_video
