@@ -78,25 +78,19 @@ def _points(track: str, name: str) -> list[Metric]:
         ),
         Metric(f"{track}_rms_camera_mm", f"{name}, camera coordinates, RMS", "mm", sure),
         Metric(
-            f"{track}_jitter_mm",
-            f"{name}, jitter",
-            "mm",
+            f"{track}_jitter_mm", f"{name}, jitter", "mm",
             "RMS of the error's second difference over sqrt(6): the size of frame-to-frame noise "
             "(Gasser et al. 1986); head coordinates, or the camera's where there is no head pose",
         ),
         Metric(
-            f"{track}_acceleration_mm_s2",
-            f"{name}, acceleration error",
-            "mm/s2",
+            f"{track}_acceleration_mm_s2", f"{name}, acceleration error", "mm/s2",
             "mean size of the error's second derivative (Kanazawa et al. 2019)",
         ),
         Metric(
-            f"{track}_coverage_95",
-            f"{name}, truth inside of 95 % intervals",
-            "share",
+            f"{track}_coverage_95", f"{name}, truth inside of 95 % intervals", "share",
             "share of coordinates that lie in the interval given for them",
         ),
-    ]
+    ]  # fmt: skip
 
 
 def _curve(key: str, name: str) -> list[Metric]:
@@ -105,12 +99,10 @@ def _curve(key: str, name: str) -> list[Metric]:
         Metric(f"{key}_bias_mm", f"{name}, bias", "mm", "mean difference, estimate - truth"),
         Metric(f"{key}_correlation", f"{name}, correlation", "", "Pearson's, over frames"),
         Metric(
-            f"{key}_coverage_95",
-            f"{name}, truth inside of 95 % intervals",
-            "share",
+            f"{key}_coverage_95", f"{name}, truth inside of 95 % intervals", "share",
             "share of frames in which the true value lies in the interval given for it",
         ),
-    ]
+    ]  # fmt: skip
 
 
 CLOSURE = (
@@ -128,16 +120,12 @@ VISIBLE = (
 
 BUILT_IN: tuple[Metric, ...] = (
     Metric(
-        "frames",
-        "frames",
-        "",
+        "frames", "frames", "",
         "frames of the truth with the face in the picture; the others do not count",
     ),
     Metric("frames_lost", "frames lost", "", "frames in which the system gave nothing"),
     Metric(
-        "failure_share",
-        "frames that failed",
-        "share",
+        "failure_share", "frames that failed", "share",
         "lost, or RMS error of the lip landmarks 48 to 67 above 5 mm, in head coordinates, or in "
         "the camera's where the system gives no head pose; where it gives no 3D, their mean error "
         "in the picture above 0.08 of the distance of the eyes (Shen et al. 2015). Of a system "
@@ -146,97 +134,69 @@ BUILT_IN: tuple[Metric, ...] = (
         "frames failed, too",
     ),
     Metric(
-        "landmarks_given",
-        "68 landmarks given",
-        "share",
+        "landmarks_given", "68 landmarks given", "share",
         "mean over tracked frames of the share that is given, of those landmarks that the system "
         "gives in any frame",
     ),
     Metric("lips_given", "lip landmarks given", "share", "the same for points 48 to 67"),
     *(metric for track, name in TRACKS.items() for metric in _points(track, name)),
     Metric(
-        "landmarks_rms_px",
-        "68 landmarks, picture, RMS",
-        "px",
+        "landmarks_rms_px", "68 landmarks, picture, RMS", "px",
         "root mean square of the distance; of a system that gives no pixels, the landmarks in "
         "camera coordinates are projected by the true camera",
     ),
     Metric(
-        "landmarks_visible_rms_px",
-        "68 landmarks that are seen, picture, RMS",
-        "px",
+        "landmarks_visible_rms_px", "68 landmarks that are seen, picture, RMS", "px",
         f"the same over the points that the camera sees in each frame{VISIBLE}",
     ),
     Metric(
-        "landmarks_nme",
-        "68 landmarks, over distance of eyes",
-        "share",
+        "landmarks_nme", "68 landmarks, over distance of eyes", "share",
         "mean distance over the true distance of points 36 and 45 (Sagonas et al. 2016)",
     ),
     Metric("lips_rms_px", "lip landmarks, picture, RMS", "px", "the same for points 48 to 67"),
     Metric(
-        "lips_visible_rms_px",
-        "lip landmarks that are seen, picture, RMS",
-        "px",
+        "lips_visible_rms_px", "lip landmarks that are seen, picture, RMS", "px",
         f"for those of points 48 to 67 that the camera sees in each frame{VISIBLE}",
     ),
     Metric("lips_nme", "lip landmarks, over distance of eyes", "share", "for points 48 to 67"),
     *(metric for key, name in CURVES.items() for metric in _curve(key, name)),
     Metric(
-        "closure_precision_frames",
-        "closed frames, precision",
-        "share",
+        "closure_precision_frames", "closed frames, precision", "share",
         f"share of the frames called closed that are{CLOSURE}",
     ),
     Metric(
-        "closure_recall_frames",
-        "closed frames, recall",
-        "share",
+        "closure_recall_frames", "closed frames, recall", "share",
         f"share of the closed frames that are called so{CLOSURE}",
     ),
     Metric(
-        "closure_precision_events",
-        "closures, precision",
-        "share",
+        "closure_precision_events", "closures, precision", "share",
         "share of the runs of frames called closed that overlap with a closure, one to one",
     ),
     Metric(
-        "closure_recall_events",
-        "closures, recall",
-        "share",
+        "closure_recall_events", "closures, recall", "share",
         "share of the closures that overlap with a run of frames called closed, one to one",
     ),
     Metric(
-        "closure_onset_error_ms",
-        "closure onset, mean error",
-        "ms",
+        "closure_onset_error_ms", "closure onset, mean error", "ms",
         "mean size of the difference of onsets, over closures found",
     ),
     Metric(
-        "closure_onset_bias_ms",
-        "closure onset, bias",
-        "ms",
+        "closure_onset_bias_ms", "closure onset, bias", "ms",
         "mean difference of onsets; positive: late",
     ),
     Metric(
-        "head_angle_rms_deg",
-        "head direction, RMS",
-        "deg",
+        "head_angle_rms_deg", "head direction, RMS", "deg",
         "root mean square of the geodesic angle (Huynh 2009)",
     ),
     Metric(
-        "head_angle_offset_removed_rms_deg",
-        "  the same, one constant turn removed",
-        "deg",
+        "head_angle_offset_removed_rms_deg", "  the same, one constant turn removed", "deg",
         "after the one constant turn that brings the clip closest (Hartley et al. 2013)",
     ),
     Metric(
-        "head_position_rms_mm",
-        "head position, RMS",
-        "mm",
+        "head_position_rms_mm", "head position, RMS", "mm",
         "root mean square distance of the head's origin in camera coordinates",
     ),
-)
+)  # fmt: skip
 BY_KEY = {metric.key: metric for metric in BUILT_IN}
 
 
