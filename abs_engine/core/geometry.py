@@ -122,6 +122,15 @@ def vertex_normals(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray
     return np.asarray(normals, np.float64)
 
 
+def seamless_normals(
+    vertices: FloatArray, faces: NDArray[np.integer], weld: NDArray[np.integer]
+) -> FloatArray:
+    """`vertex_normals` (V, 3) where vertices of one number in `weld` (V,) count as one."""
+    points = np.zeros((int(weld.max()) + 1, 3))
+    points[weld] = vertices
+    return np.asarray(vertex_normals(points, weld[faces].astype(np.int32))[weld], np.float64)
+
+
 def _facet_cross(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     return np.cross(b - a, c - a)

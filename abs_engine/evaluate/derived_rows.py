@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import FloatArray
 from abs_engine.dataset import Truth
 from abs_engine.evaluate.closing import narrow
-from abs_engine.evaluate.estimate import Estimate, PointTrack
+from abs_engine.evaluate.estimate import Estimate, PointTrack, places
 from abs_engine.evaluate.measures import both_spaces
 from abs_engine.io.assets import LIPS_OF_68
 
@@ -55,10 +55,9 @@ def _tracks(estimate: Estimate, landmark_68: NDArray[Any]) -> dict[str, PointTra
         tracks["landmarks"] = PointTrack(landmark_68, paths)
     lips = landmark_68[LIPS_OF_68]
     for track in (tracks[name] for name in ("landmarks", "lip_points") if name in tracks):
-        if "lip_landmarks" not in tracks and np.isin(lips, track.vertex).all():
-            place = {int(vertex): k for k, vertex in enumerate(track.vertex)}
-            chosen = track.points[:, [place[int(vertex)] for vertex in lips]]
-            tracks["lip_landmarks"] = PointTrack(lips, chosen, track.space)
+        at = places(lips, track.vertex)
+        if "lip_landmarks" not in tracks and at is not None:
+            tracks["lip_landmarks"] = PointTrack(lips, track.points[:, at], track.space)
     return tracks
 
 
@@ -67,13 +66,10 @@ def _pixels(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any]) -> Floa
     track = estimate.tracks.get("landmarks")
     if estimate.pixels is not None or track is None or estimate.turned == "camera":
         return estimate.pixels
-    if not np.isin(track.vertex, landmark_68).all():
-        return None
-    _, points = both_spaces(track, estimate)
-    if points is None:
+    at, (_, points) = places(track.vertex, landmark_68), both_spaces(track, estimate)
+    if at is None or points is None:
         return None
     points = np.where(points[..., 2:] > 0, points, np.nan)  # nothing behind the camera is seen
-    place = {int(vertex): k for k, vertex in enumerate(landmark_68)}
     pixels = np.full((len(estimate), len(landmark_68), 2), np.nan)
-    pixels[:, [place[int(vertex)] for vertex in track.vertex]] = truth.camera.project(points)
+    pixels[:, at] = truth.camera.project(points)
     return pixels

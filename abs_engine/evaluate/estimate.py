@@ -51,6 +51,13 @@ class PointTrack:
     space: Literal["head", "camera"] = "head"
 
 
+def places(wanted: NDArray[Any], among: NDArray[Any]) -> list[int] | None:
+    """Places of some vertices (N,) among others (M,); None if one of them is not there."""
+    at = {int(vertex): k for k, vertex in enumerate(among)}
+    found = [at.get(int(vertex)) for vertex in wanted]
+    return [k for k in found if k is not None] if None not in found else None
+
+
 @dataclass(frozen=True, eq=False)
 class Estimate:
     """Results of a system for the T frames of a clip. A missing quantity is None or absent.

@@ -21,7 +21,7 @@ from abs_engine.evaluate import metrics
 from abs_engine.evaluate.catalogue import added, catalogue
 from abs_engine.evaluate.closing import Closures, closures
 from abs_engine.evaluate.derived_rows import complete
-from abs_engine.evaluate.estimate import Estimate, within
+from abs_engine.evaluate.estimate import Estimate, places, within
 from abs_engine.evaluate.landmark_coverage import given_landmarks
 from abs_engine.evaluate.measures import (
     closure_means,
@@ -244,9 +244,9 @@ def _with_protrusion(said: Estimate, truth: Truth) -> Estimate:
         return said
     middle = truth.landmarks["outer_lip_20"][[3, 9]]
     for track in said.tracks.values():
-        place = {int(vertex): k for k, vertex in enumerate(track.vertex)}
-        if track.space == "head" and all(int(vertex) in place for vertex in middle):
-            lips = track.points[:, [place[int(vertex)] for vertex in middle], 2]
+        at = places(middle, track.vertex)
+        if track.space == "head" and at is not None:
+            lips = track.points[:, at, 2]
             return replace(said, curves={**said.curves, "protrusion": lips.mean(axis=1)})
     return said
 

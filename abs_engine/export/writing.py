@@ -96,13 +96,7 @@ def _written(name: str, exporter: Exporter, tracked: TrackedRun, output: Path) -
 
 
 def _lost(name: str, exporter: Exporter, tracked: TrackedRun, path: Path) -> tuple[Loss, ...]:
-    """Losses that an exporter reports once it has written to a path.
-
-    Raises
-    ------
-    PluginError
-        If it is a plugin's and fails, or returns something else.
-    """
+    """Losses that an exporter reports once it has written; `PluginError` if a plugin's fails."""
     if own(exporter.write):
         return exporter.write(tracked, path)  # an error is of the disk
     with blamed(f"the exporter '{name}'"):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -131,15 +131,9 @@ def plain(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
 
 @dataclass
 class _Check:
-    """Compares arrays with what they must be.
+    """Compares arrays with what they must be; `lengths` grows with each array."""
 
-    Parameters
-    ----------
-    lengths : dict of str to int
-        Grows with each array.
-    """
-
-    lengths: dict[str, int] = field(default_factory=dict)
+    lengths: dict[str, int]
 
     def shape_problem(self, wanted: Array, values: NDArray[Any]) -> str:
         """Reason why kind and shape are wrong; empty where they are not."""

@@ -162,14 +162,7 @@ class CpuRenderer:
 
 
 class _Scratch:
-    """Arrays that are written anew for every candidate, and the order that facets are drawn in.
-
-    Parameters
-    ----------
-    size : tuple of int
-        Width and height in drawn pixels.
-    faces : (F, 3) int32
-    """
+    """Arrays that are written anew for every candidate, and the order that facets are drawn in."""
 
     def __init__(self, size: tuple[int, int], faces: NDArray[np.int32]) -> None:
         (width, height), self.faces = size, faces

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from itertools import chain
 
@@ -79,12 +80,13 @@ def shorten(
     with scratch() as folder:
         path = folder / "film.mp4"
         writer: VideoWriter | None = None
-        try:
+        with ExitStack() as stack:
             for number, picture in enumerate(pictures):
                 size = picture.shape[1], picture.shape[0]
                 window = Window(0, 0, *size, min(1.0, LARGEST_WIDTH / size[0]))
                 if writer is None:
-                    writer = VideoWriter(path, window.drawn, rate, QUALITY)
+                    made = VideoWriter(path, window.drawn, rate, QUALITY)
+                    writer = stack.enter_context(made)
                 if number < frames:
                     writer.write(
                         np.asarray(
@@ -95,9 +97,6 @@ def shorten(
                     kept[number] = picture
                 if number == last:
                     break
-        finally:
-            if writer is not None:
-                writer.close()
         if number < last:
             raise VideoError(
                 f"the video has {number + 1} frames, the results {last + 1} or more",

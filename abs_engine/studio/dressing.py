@@ -70,13 +70,7 @@ def shirt(
 
 
 def _held(entry: OccluderEntry) -> Occluder:
-    """An occluder with the keys of its entry.
-
-    Raises
-    ------
-    ParameterError
-        If it is impossible.
-    """
+    """An occluder with the keys of its entry; `ParameterError` if it is impossible."""
     names = (
         "kind", "start", "end", "travel", "offset", "away", "colour", "follows", "sway", "seed",
         "board",

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import AbsEngineError
+from abs_engine.core.geometry import seamless_normals
 from abs_engine.dataset import Truth
 from abs_engine.dataset.codec import FRAMES
 from abs_engine.dataset.picture import read_picture
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.evaluate.check.surface import smooth_normals
 from abs_engine.evaluate.check.visibility import Head, Sight, look
 from abs_engine.io.video import probe, read_frames
 
@@ -126,7 +126,7 @@ def features(truth: Truth, sight: Sight) -> tuple[FloatArray, BoolArray]:
     near = cv2.dilate(seen.astype(np.uint8), disc).astype(np.bool_)
     near &= truth.cover(sight.frame) == 0
     normal = np.zeros((*seen.shape, 3))
-    direct = smooth_normals(truth, Head.of(truth, sight.frame).points)
+    direct = seamless_normals(Head.of(truth, sight.frame).points, truth.faces, truth.weld)
     # The light falls on the head itself, so its own normals count in a mirror too.
     normal[sight.y, sight.x] = sight.blend(truth, direct, None)
     light = np.concatenate([seen[..., None], normal], axis=2)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray, IntArray
-from abs_engine.core.geometry import vertex_normals
+from abs_engine.core.geometry import seamless_normals
 from abs_engine.dataset import DEPTH_STEP, Truth
 from abs_engine.evaluate.check.finding import Finding
 from abs_engine.evaluate.check.visibility import Head, Sight
@@ -60,7 +60,7 @@ def normal_findings(truth: Truth, sight: Sight, name: str) -> Iterator[Finding]:
     yield from where_findings(sight, found, name)
     if not len(sight):
         return
-    direct = smooth_normals(truth, Head.of(truth, sight.frame).points)
+    direct = seamless_normals(Head.of(truth, sight.frame).points, truth.faces, truth.weld)
     mirrored = None if sight.reflection is None else sight.reflection.directions(direct)
     wanted = sight.blend(truth, direct, mirrored)
     wanted /= np.maximum(np.linalg.norm(wanted, axis=1, keepdims=True), 1e-12)
@@ -70,14 +70,6 @@ def normal_findings(truth: Truth, sight: Sight, name: str) -> Iterator[Finding]:
         how = f"{np.median(angle):.1f} degrees off in the middle, "
         how += f"{(angle > NORMAL_FAR).mean():.1%} of the pixels by more than {NORMAL_FAR:g}"
         yield Finding(name, "normals do not agree with the vertices", how, sight.frame)
-
-
-def smooth_normals(truth: Truth, points: FloatArray) -> FloatArray:
-    """Vertex normals (V, 3), area-weighted; vertices at one place at rest count as one."""
-    weld = truth.weld
-    place = np.empty((weld.max() + 1, 3))
-    place[weld] = points
-    return vertex_normals(place, weld[truth.faces].astype(np.int32))[weld]
 
 
 def flow_findings(truth: Truth, sight: Sight, name: str) -> Iterator[Finding]:

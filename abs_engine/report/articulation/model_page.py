@@ -130,11 +130,7 @@ def model_page(done: Analysis, pictures: Sequence[tuple[str, str]]) -> str:
         Address of a figure from the page, and its caption.
     """
     built = done.built
-    shares = [
-        (row.name, *(_percent(v) for v in (row.share, row.cumulated, row.paper,
-                                           row.paper_cumulated)))
-        for row in variance_table(built.model)
-    ]  # fmt: skip
+    shares = [(row.name, *row.percent) for row in variance_table(built.model)]
     shown = sorted(
         boxes(built.corpus.visemes, built.model.names, built.errors), key=lambda b: -b.rms
     )
@@ -154,10 +150,6 @@ it. The method is that of Odisio and Bailly, Shape and appearance models of talk
 model-based tracking, section 2.</p>"""
     title = f"Articulatory model: {built.model.source or 'a corpus'}"
     return results_page(title, title, body, made_by())
-
-
-def _percent(share: float | None) -> str:
-    return "" if share is None else f"{100 * share:.2f}"
 
 
 def _points(names: Collection[str]) -> str:

@@ -40,6 +40,12 @@ class VarianceRow:
     paper: float | None
     paper_cumulated: float | None
 
+    @property
+    def percent(self) -> tuple[str, ...]:
+        """The four numbers in percent; empty where there is none."""
+        told = (self.share, self.cumulated, self.paper, self.paper_cumulated)
+        return tuple("" if v is None else f"{100 * v:.2f}" for v in told)
+
 
 def variance_table(model: ArticulatoryModel) -> tuple[VarianceRow, ...]:
     """Table 1: what each parameter explains, and all up to it, beside the paper's."""
@@ -58,9 +64,7 @@ def variance_text(model: ArticulatoryModel) -> str:
     """Table 1 in Markdown, percent."""
     lines = ["| parameter | % | sum | paper, % | sum |", "|---|---|---|---|---|"]
     for row in variance_table(model):
-        told = (row.share, row.cumulated, row.paper, row.paper_cumulated)
-        cells = ("" if v is None else f"{100 * v:.2f}" for v in told)
-        lines.append(f"| {row.name} | {' | '.join(cells)} |")
+        lines.append(f"| {row.name} | {' | '.join(row.percent)} |")
     return "\n".join(lines) + "\n"
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.geometry import vertex_normals
+from abs_engine.core.geometry import seamless_normals
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.report.drawing.colours import clay_of
 from abs_engine.report.drawing.paint import Coat, facet_coat
@@ -65,10 +65,7 @@ class Body:
     @cached_property
     def normals(self) -> FloatArray:
         """Unit vertex normals (V, 3), head frame, smooth across the seams of the texture."""
-        weld = self.speaker.weld
-        points = np.zeros((int(weld.max()) + 1, 3))
-        points[weld] = self.vertices
-        return vertex_normals(points, weld[self.speaker.faces])[weld]
+        return seamless_normals(self.vertices, self.speaker.faces, self.speaker.weld)
 
 
 def coat(body: Body, palette: str) -> Coat:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -105,36 +106,23 @@ def write_picture(path: Path, picture: Image) -> None:
     write_new(path, png(picture))
 
 
-def write_film(path: Path, frames: Iterable[Image], rate: float) -> int:
+def write_film(path: Path, frames: Iterable[Image], rate: float) -> None:
     """Write a new MP4, all frames of one size; odd sizes get a white line.
-
-    Returns
-    -------
-    int
-        The number of frames.
 
     Raises
     ------
     OutputError
         If the file exists or cannot be written.
     """
-    count, writer = 0, None
+    writer = None
     with scratch() as folder:
         made = folder / "film.mp4"
-        try:
+        with ExitStack() as stack:
             for frame in frames:
-                even = _even(frame)
+                odd = [(0, n % 2) for n in frame.shape[:2]]
+                even = np.pad(frame, (*odd, (0, 0)), constant_values=255)
                 if writer is None:
-                    writer = VideoWriter(made, (even.shape[1], even.shape[0]), rate)
+                    size = even.shape[1], even.shape[0]
+                    writer = stack.enter_context(VideoWriter(made, size, rate))
                 writer.write(even)
-                count += 1
-        finally:
-            if writer is not None:
-                writer.close()
         write_new(path, made.read_bytes())
-    return count
-
-
-def _even(frame: Image) -> Image:
-    odd = [(0, n % 2) for n in frame.shape[:2]]
-    return np.pad(frame, (*odd, (0, 0)), constant_values=255)
