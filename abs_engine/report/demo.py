@@ -114,10 +114,6 @@ def run_demo(
     stage : callable, optional
         Called with what the tracker's preparation begins, in a few words.
 
-    Returns
-    -------
-    DemoResult
-
     Raises
     ------
     OutputError

@@ -173,7 +173,7 @@ def visible(
     *,
     mirrored: bool = False,
 ) -> BoolArray:
-    """Whether vertices are seen: in the picture, and nothing solid lies before them.
+    """Mask (N,) of the vertices that are seen: in the picture, with nothing solid before them.
 
     The facets that meet in a vertex do not hide it; what turns its back hides nothing, as it is
     not drawn; props hide from both sides. Landmarks of the lips are also seen in a fold, where
@@ -188,10 +188,6 @@ def visible(
     covers : tuple of Cover
     mirrored : bool
         Whether facets count the other way round.
-
-    Returns
-    -------
-    (N,) bool
     """
 
     def clear(points: NDArray[np.integer], clearance: float = CLEARANCE) -> BoolArray:

@@ -128,12 +128,7 @@ class Mirror:
             )
 
     def mask(self, camera: Camera) -> BoolArray:
-        """Pixels whose line of sight, through their centre, hits the mirror.
-
-        Returns
-        -------
-        (H, W) bool
-        """
+        """Mask (H, W) of the pixels whose line of sight, through their centre, hits the mirror."""
         sight = lines_of_sight(camera)
         flat = self.corners[:, :2] / self.corners[:, 2:]
         turns = np.stack(

@@ -105,7 +105,7 @@ def sample(ids, uv, level, texels, starts, sides, out):
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def hidden(points, vertices, pixels, faces, weld, owner, clearance):
-    """Mask of the points that something in front of them hides from the camera.
+    """Mask (N,) of the points that something in front of them hides from the camera.
 
     Parameters
     ----------
@@ -121,10 +121,6 @@ def hidden(points, vertices, pixels, faces, weld, owner, clearance):
         The welded vertex that each point is, whose own facets do not hide it; or -1.
     clearance : float
         mm by which a facet must be nearer.
-
-    Returns
-    -------
-    (N,) bool
     """
     out = np.zeros(len(points), np.bool_)
     for f in range(len(faces)):

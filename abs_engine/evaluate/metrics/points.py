@@ -39,10 +39,6 @@ def lip_rms_mm(estimated: ArrayLike, truth: ArrayLike) -> PointError:
     ----------
     estimated, truth : (T, N, 3) float, mm, in one and the same frame of reference
 
-    Returns
-    -------
-    PointError
-
     Raises
     ------
     ParameterError
@@ -111,10 +107,6 @@ def to_camera(points: ArrayLike, rotation: ArrayLike, translation: ArrayLike) ->
     rotation : (T, 3) float
         Rotation vectors, head to camera, radians.
     translation : (T, 3) float, mm
-
-    Returns
-    -------
-    (T, N, 3) float64, mm
     """
     turned = np.asarray(points, np.float64) @ np.swapaxes(
         rotations(np.asarray(rotation, np.float64)), 1, 2

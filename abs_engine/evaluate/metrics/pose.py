@@ -29,10 +29,6 @@ def head_angle_without_offset(
         Whose axes are the system's own: those it gives the head (R_true = R_estimated C), or those
         it measures in (R_true = C R_estimated).
 
-    Returns
-    -------
-    (T,) float64, degrees
-
     Notes
     -----
     C is the rotation nearest, in the sum of squared matrix elements, to all differences: the

@@ -76,7 +76,7 @@ def nomogram_figure(
     crop: str = "head",
     values: Sequence[float] = DEVIATIONS,
 ) -> Image:
-    """Figure 3: a row of heads for each parameter.
+    """Figure 3: a row of heads for each parameter, (H, W, 3) uint8 RGB.
 
     Parameters
     ----------
@@ -95,10 +95,6 @@ def nomogram_figure(
     crop : {"head", "mouth"}
     values : sequence of float
         Standard deviations.
-
-    Returns
-    -------
-    (H, W, 3) uint8 RGB
     """
     texture = None if person is None else speaker.texture(person)
     body = Body(speaker, shape.mean.astype(np.float64), texture)

@@ -81,7 +81,7 @@ def paint(
     ambient: float = AMBIENT,
     background: tuple[int, int, int] = WHITE,
 ) -> Image:
-    """A surface before a plain background, smooth and lit.
+    """A surface before a plain background, smooth and lit, (H, W, 3) uint8 RGB.
 
     Parameters
     ----------
@@ -92,10 +92,6 @@ def paint(
     ambient : float
         Share of the light that comes from everywhere, 0 to 1; at 1 nothing is shaded.
     background : tuple of int
-
-    Returns
-    -------
-    (H, W, 3) uint8 RGB
     """
     colour, cover = paint_layers(renderer, surface, look, view, ambient)
     picture = colour + (1 - cover) * np.array(background, np.float32)

@@ -42,7 +42,7 @@ def rounded_up(value: float) -> float:
 
 
 def facet_palette(faces: NDArray[np.integer], weld: NDArray[np.integer]) -> IntArray:
-    """Colours of facets such that neighbours differ.
+    """Colours of facets such that neighbours differ: (F,) int64, indices into `FACET_COLOURS`.
 
     Facets that share an edge always have different colours, and so have, wherever the colours
     suffice, facets that share a vertex. Greedy, in the order of the facets; of the free colours
@@ -53,10 +53,6 @@ def facet_palette(faces: NDArray[np.integer], weld: NDArray[np.integer]) -> IntA
     faces : (F, 3) int
     weld : (V,) int
         Index of the geometric vertex, so that seams of the texture do not part neighbours.
-
-    Returns
-    -------
-    (F,) int64, indices into `FACET_COLOURS`
     """
     corners = weld[faces]
     around: dict[int, list[int]] = {}

@@ -35,7 +35,7 @@ class Multisampling(Protocol):
 def smooth_picture(
     renderer: Renderer, scene: Scene, candidate: Candidates, camera: Camera, window: Window
 ) -> NDArray[np.float32]:
-    """The mean of several samples in each pixel; the background counts as black.
+    """The mean of several samples in each pixel, (H, W, 3) float32 RGB, 0 to 255, on black.
 
     OpenGL multisamples. Other renderers are asked for a finer picture, which is averaged.
 
@@ -47,10 +47,6 @@ def smooth_picture(
         A batch of one.
     camera : Camera
     window : Window
-
-    Returns
-    -------
-    (H, W, 3) float32 RGB, 0 to 255
     """
     drawn: NDArray[np.uint8] | NDArray[np.float32]
     if isinstance(renderer, Multisampling):

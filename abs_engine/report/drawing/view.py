@@ -51,10 +51,6 @@ def views_of(
         Width and height, pixels.
     turns : sequence of float
         Degrees by which the head turns to its left, one for each view.
-
-    Returns
-    -------
-    list of View
     """
     centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
     poses = [_turned(turn, centre) for turn in turns]

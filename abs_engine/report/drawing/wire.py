@@ -101,7 +101,7 @@ def line_cover(
     drawn: BoolArray,
     width: float,
 ) -> BoolArray:
-    """Cover of lines.
+    """Cover of lines, (H, W) bool.
 
     Parameters
     ----------
@@ -115,10 +115,6 @@ def line_cover(
         Edges to draw, by the corner opposite to them.
     width : float
         Of the lines, pixels.
-
-    Returns
-    -------
-    (H, W) bool
     """
     corners = pixels[faces]
     edges = np.roll(corners, -2, 1) - np.roll(corners, -1, 1)

@@ -27,7 +27,7 @@ HEAT_TURNS = (-40.0, 0.0, 40.0)
 
 
 def read_values(path: Path, vertices: int) -> FloatArray:
-    """Read one number for each vertex.
+    """Read one number for each vertex, (V,) float64.
 
     Parameters
     ----------
@@ -35,10 +35,6 @@ def read_values(path: Path, vertices: int) -> FloatArray:
         A ``.npy``, or a ``.npz`` that holds one array, or one of the name ``values``.
     vertices : int
         How many numbers there have to be.
-
-    Returns
-    -------
-    (V,) float64
 
     Raises
     ------
@@ -105,7 +101,7 @@ def heat_map(
     text: str = "error, mm",
     largest: float | None = None,
 ) -> Image:
-    """Numbers on the face from several sides, with a colour bar.
+    """Numbers on the face from several sides, with a colour bar, (H, W, 3) uint8 RGB.
 
     Parameters
     ----------
@@ -118,10 +114,6 @@ def heat_map(
         What the numbers are, and their unit.
     largest : float, optional
         The end of the scale; by default the greatest value, rounded up.
-
-    Returns
-    -------
-    (H, W, 3) uint8 RGB
     """
     limits = heat_limits(values, largest)
     views = views_of(body.vertices, size, HEAT_TURNS)

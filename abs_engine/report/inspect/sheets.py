@@ -112,7 +112,7 @@ def nomogram(
     unit: str,
     progress: Progress | None = None,
 ) -> Image:
-    """A row of pictures for each row, and a column for each value.
+    """A row of pictures for each row, a column for each value: (H, W, 3) uint8 RGB.
 
     Parameters
     ----------
@@ -124,10 +124,6 @@ def nomogram(
     unit : str
         What the values are in, such as "sd"; may be empty.
     progress : callable, optional
-
-    Returns
-    -------
-    (H, W, 3) uint8 RGB
     """
     view, wide = look.view(body), look.size[0]
     margin = 124

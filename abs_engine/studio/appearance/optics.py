@@ -60,7 +60,7 @@ class Sensor:
     def expose(
         self, ideal: Float32Array, rng: np.random.Generator, frame: int = 0, blur: float = 0.0
     ) -> Image:
-        """A picture as the sensor gives it.
+        """A picture as the sensor gives it, (H, W, 3) uint8.
 
         Parameters
         ----------
@@ -71,10 +71,6 @@ class Sensor:
             Where the rolling bands are.
         blur : float
             More blur than the lens has, pixels.
-
-        Returns
-        -------
-        (H, W, 3) uint8
         """
         spread = float(np.hypot(self.blur, blur))
         seen = cv2.GaussianBlur(ideal, (0, 0), spread) if spread > 0 else ideal
@@ -108,7 +104,7 @@ class Background:
 
 
 def backdrop(camera: Camera, background: Background, seed: int = 0) -> Float32Array:
-    """The background as a camera sees it, with its lens distortion.
+    """The background as a camera and its lens see it, (H, W, 3) float32, 0 to 255.
 
     Parameters
     ----------
@@ -116,10 +112,6 @@ def backdrop(camera: Camera, background: Background, seed: int = 0) -> Float32Ar
     background : Background
     seed : int
         Of the clutter.
-
-    Returns
-    -------
-    (H, W, 3) float32, 0 to 255
 
     Raises
     ------

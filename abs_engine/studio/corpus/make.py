@@ -45,10 +45,6 @@ def speak_corpus(
     seed : int
         Of the noise, and of what differs from one utterance to the next.
 
-    Returns
-    -------
-    SpokenCorpus
-
     Raises
     ------
     ParameterError
