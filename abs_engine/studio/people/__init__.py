@@ -7,15 +7,6 @@ from abs_engine.studio.people.person import Person, identity_vector, neutral
 from abs_engine.studio.people.tones import SKIN_TONES, lip_colour, skin_tone
 
 __all__ = [
-    "DOT_SETS",
-    "SKIN_TONES",
-    "Dots",
-    "Person",
-    "dots",
-    "identity_vector",
-    "lip_colour",
-    "neutral",
-    "paint",
-    "random_person",
-    "skin_tone",
-]
+    "DOT_SETS", "SKIN_TONES", "Dots", "Person", "dots", "identity_vector", "lip_colour",
+    "neutral", "paint", "random_person", "skin_tone",
+]  # fmt: skip

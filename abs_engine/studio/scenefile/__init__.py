@@ -21,23 +21,7 @@ from abs_engine.studio.scenefile.values import (
 )
 
 __all__ = [
-    "CameraEntry",
-    "ClipEntry",
-    "EventEntry",
-    "HeadKey",
-    "Label",
-    "LightEntry",
-    "MirrorEntry",
-    "MotionEntry",
-    "OccluderEntry",
-    "SceneFile",
-    "SpeakerEntry",
-    "check_size",
-    "complete",
-    "nearest",
-    "parse_scene",
-    "pick",
-    "read_scene",
-    "scene_text",
-    "sentence_scene",
-]
+    "CameraEntry", "ClipEntry", "EventEntry", "HeadKey", "Label", "LightEntry", "MirrorEntry",
+    "MotionEntry", "OccluderEntry", "SceneFile", "SpeakerEntry", "check_size", "complete",
+    "nearest", "parse_scene", "pick", "read_scene", "scene_text", "sentence_scene",
+]  # fmt: skip

@@ -7,13 +7,6 @@ from abs_engine.studio.speech.textgrid import read_textgrid
 from abs_engine.studio.speech.utterance import Segment, Utterance, parse_phonemes
 
 __all__ = [
-    "Segment",
-    "Speech",
-    "Utterance",
-    "articulate",
-    "doubtful",
-    "parse_phonemes",
-    "play_recording",
-    "read_livelink",
-    "read_textgrid",
-]
+    "Segment", "Speech", "Utterance", "articulate", "doubtful", "parse_phonemes",
+    "play_recording", "read_livelink", "read_textgrid",
+]  # fmt: skip
