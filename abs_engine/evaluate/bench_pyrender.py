@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from PIL import Image
 
 WAYS = ("pyrender_numpy", "pyrender_tuned")
 
@@ -40,7 +41,8 @@ class Bench:
         FormatHandler.by_name("ctypesparameter").check.append("_ctypes.CArgObject")
         self.given = {name: work[name] for name in work}
         self.given["modes"] = self.given["modes"].astype(np.float32)
-        self.texcoords = _upwards(self.given["uv"])
+        u, v = self.given["uv"].T
+        self.texcoords = np.stack([u, 1 - v], axis=1)  # pyrender counts from the bottom
         self.poses = [
             _pose(r, t)
             for r, t in zip(self.given["rotations"], self.given["translations"], strict=True)
@@ -49,7 +51,8 @@ class Bench:
         self.lit.add(pyrender.DirectionalLight(color=np.ones(3), intensity=3.0), pose=np.eye(4))
         width, height = (int(n) for n in self.given["size"])
         self.renderer = pyrender.OffscreenRenderer(width, height)
-        self.visual = _visual(self.given["texture"], self.texcoords)
+        visuals: Any = trimesh.visual.TextureVisuals
+        self.visual = visuals(uv=self.texcoords, image=Image.fromarray(self.given["texture"]))
         sampler = pyrender.Sampler(minFilter=_LINEAR, magFilter=_LINEAR)
         self.material = pyrender.MetallicRoughnessMaterial(
             baseColorTexture=pyrender.Texture(
@@ -128,18 +131,6 @@ def _pose(rotation: NDArray[Any], translation: NDArray[Any]) -> NDArray[np.float
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = rotation, translation
     return np.diag([1.0, -1.0, -1.0, 1.0]) @ pose
-
-
-def _upwards(uv: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Texture coordinates counted from the bottom, as pyrender has them."""
-    return np.stack([uv[:, 0], 1 - uv[:, 1]], axis=1)
-
-
-def _visual(texture: NDArray[np.uint8], texcoords: NDArray[np.float32]) -> Any:
-    from PIL import Image
-
-    visuals: Any = trimesh.visual.TextureVisuals
-    return visuals(uv=texcoords, image=Image.fromarray(texture))
 
 
 def _run(evaluate: Evaluate, count: int, candidates: int) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
@@ -115,9 +116,6 @@ def _ball(subdivisions: int, rng: np.random.Generator) -> Scene:
 def _blobs(rng: np.random.Generator) -> NDArray[np.uint8]:
     """Coloured blobs, (128, 192, 3) uint8."""
     coarse = rng.uniform(30, 225, (8, 12, 3))
-    down, right = np.linspace(0, 6.999, 128), np.linspace(0, 10.999, 192)
-    j, i = down.astype(int), right.astype(int)
-    fy, fx = (down - j)[:, None, None], (right - i)[None, :, None]
-    upper = coarse[j][:, i] * (1 - fx) + coarse[j][:, i + 1] * fx
-    lower = coarse[j + 1][:, i] * (1 - fx) + coarse[j + 1][:, i + 1] * fx
-    return np.asarray(np.rint(upper * (1 - fy) + lower * fy), np.uint8)
+    at = np.meshgrid(np.linspace(0, 7, 128), np.linspace(0, 11, 192), indexing="ij")
+    fine = [map_coordinates(channel, at, order=1) for channel in coarse.transpose(2, 0, 1)]
+    return np.asarray(np.rint(np.stack(fine, axis=2)), np.uint8)

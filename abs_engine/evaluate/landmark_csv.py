@@ -222,7 +222,7 @@ def _check_units(path: Path, found: Landmarks) -> None:
 def _estimate(path: Path, found: Landmarks, clip: Reference) -> Estimate:
     has_px, has_mm = (bool(np.isfinite(a).any()) for a in (found.pixels, found.points))
     shape = found.points if has_mm else found.pixels
-    tracked = _any_point(shape)
+    tracked = np.asarray(np.any(np.all(np.isfinite(shape), axis=2), axis=1))
     tracks: dict[str, PointTrack] = {}
     curves: dict[str, FloatArray] = {}
     rest = clip.neutral[clip.landmark_68]
@@ -247,11 +247,6 @@ def _estimate(path: Path, found: Landmarks, clip: Reference) -> Estimate:
         curves=curves,
         curves_on="axes" if found.space == "head" else "rest",
     )
-
-
-def _any_point(points: FloatArray) -> BoolArray:
-    """Frames (T,) in which some point is given."""
-    return np.asarray(np.any(np.all(np.isfinite(points), axis=2), axis=1))
 
 
 def _empty(frames: int, axes: int) -> FloatArray:

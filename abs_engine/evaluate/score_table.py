@@ -62,7 +62,7 @@ def as_json(systems: Systems, facts: Mapping[str, Any]) -> str:
 def as_values(scores: Mapping[str, Score]) -> dict[str, dict[str, float | None]]:
     """Scores as JSON values: each number with its interval, None where there is none."""
     return {
-        key: {name: _plain(number) for name, number in asdict(score).items()}
+        key: {k: None if math.isnan(number) else number for k, number in asdict(score).items()}
         for key, score in scores.items()
     }
 
@@ -106,8 +106,3 @@ def _short(number: float) -> str:
         return f"{number:.0f}"
     digits = 2 if abs(number) >= 10 else 3
     return f"{round(number, digits) + 0.0:.{digits}f}"  # + 0.0: no -0.000
-
-
-def _plain(number: float) -> float | None:
-    """The number, None where it is NaN, as JSON has no NaN."""
-    return None if math.isnan(number) else number

@@ -16,7 +16,7 @@ from abs_engine.dataset import Truth, load_truth
 from abs_engine.evaluate.catalogue import warn_of_faults
 from abs_engine.evaluate.closing import narrow
 from abs_engine.evaluate.estimate import check_run, of_run
-from abs_engine.evaluate.metrics import PointError, lip_rms_mm, without_constant_offset
+from abs_engine.evaluate.metrics import lip_rms_mm, without_constant_offset
 from abs_engine.evaluate.score import Score, measure, summary
 from abs_engine.tracking.record import load_run
 
@@ -97,10 +97,11 @@ def draw(run: RunArrays, truth: Truth, folder: Path) -> None:
         axes.plot(seconds, run[name], color="tab:red", label="tracked")
         axes.set_ylabel(f"lip {name} (mm)")
         _above(axes)
-    raw = lip_rms_mm(run["lip_points"], truth.points(run["lip_vertex"]))
-    for error, label in ((raw, "raw"), (_aligned(run, truth), "constant rigid offset removed")):
-        line = f"{label}: {error.overall:.2f} mm"
-        bottom.plot(seconds, error.per_frame, label=line)
+    found, true = run["lip_points"], truth.points(run["lip_vertex"])
+    aligned = without_constant_offset(found, true)
+    for points, label in ((found, "raw"), (aligned, "constant rigid offset removed")):
+        error = lip_rms_mm(points, true)
+        bottom.plot(seconds, error.per_frame, label=f"{label}: {error.overall:.2f} mm")
     bottom.set(ylabel="lip points, RMS\n(mm, head frame)", xlabel="time (s)", ylim=(0, None))
     _above(bottom)
     half = 0.5 / truth.rate
@@ -115,8 +116,3 @@ def _above(axes: Axes) -> None:
     """Put a legend where it hides no curve: in one line above its axes, on the right."""
     place = (1.0, 1.0)
     axes.legend(loc="lower right", bbox_to_anchor=place, borderaxespad=0.2, ncols=2, frameon=False)
-
-
-def _aligned(run: RunArrays, truth: Truth) -> PointError:
-    true = truth.points(run["lip_vertex"])
-    return lip_rms_mm(without_constant_offset(run["lip_points"], true), true)

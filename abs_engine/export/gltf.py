@@ -64,10 +64,12 @@ def _write(run: TrackedRun, path: Path, arkit: bool) -> tuple[Loss, ...]:
     camera = gl.Camera(type="perspective", perspective=_perspective(run))
     head = gl.Node(name="head", mesh=0)
     turned = gl.Node(name="video camera", camera=0)  # glTF's look along -z, with y up
+    look = gl.PbrMetallicRoughness(metallicFactor=0.0, roughnessFactor=0.7)
+    clay = gl.Material(name="clay", pbrMetallicRoughness=look, doubleSided=True, alphaCutoff=None)
     document = gl.GLTF2(
         asset=gl.Asset(version="2.0", generator=f"abs_engine {engine_version()}"),
         scene=0, scenes=[gl.Scene(nodes=[0, 1])], nodes=[head, turned], meshes=[mesh],
-        cameras=[camera], materials=[_material()],
+        cameras=[camera], materials=[clay],
         animations=_animations(run, weights, buffer),
         accessors=buffer.accessors, bufferViews=buffer.views,
         buffers=[gl.Buffer(byteLength=len(buffer.content))],
@@ -115,11 +117,6 @@ def _colours(run: TrackedRun) -> NDArray[np.float32]:
     out = np.tile(np.array(_SKIN, np.float32), (len(head.vertices), 1))
     out[head.faces.ravel()] = np.repeat(classes[head.facet_class], 3, axis=0)
     return out
-
-
-def _material() -> gl.Material:
-    look = gl.PbrMetallicRoughness(metallicFactor=0.0, roughnessFactor=0.7)
-    return gl.Material(name="clay", pbrMetallicRoughness=look, doubleSided=True, alphaCutoff=None)
 
 
 def _perspective(run: TrackedRun) -> gl.Perspective:

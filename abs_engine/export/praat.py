@@ -65,20 +65,16 @@ def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
             table.writerow([time_cell(time), *(_cell(x) for x in row)])
     read = numbers(folder / TABLE, ["time", *names], "\t")
     true = np.stack([run.arrays[name] for name in names], axis=1)
+    note = sound_line(run.sound, "these times") if abs(run.sound) >= _HEARD else ""
     return (
         _read_back(folder / GRID, entries),
-        compared(read[:, 0], run.arrays["time"], "s", "times", _note(run)),
+        compared(read[:, 0], run.arrays["time"], "s", "times", note),
         compared(read[:, 1:].ravel(), true.ravel(), "", "measures"),
     )
 
 
 def _cell(number: float) -> str:
     return UNDEFINED if np.isnan(number) else f"{number:z.4f}"
-
-
-def _note(run: TrackedRun) -> str:
-    """Line about sound that does not begin with the pictures; empty where it does."""
-    return sound_line(run.sound, "these times") if abs(run.sound) >= _HEARD else ""
 
 
 def _read_back(path: Path, entries: list[Interval]) -> Loss:

@@ -148,7 +148,8 @@ def _scored(
         told = notes_of(clip, scores)
         for note in told:
             _log.warning("%s: %s", path, note)
-        _save_map(folder / f"error_map_{_file_name(name)}.npz", estimate, truth)
+        plain = re.sub(r"[^\w.-]+", "_", name)
+        _save_map(folder / f"error_map_{plain}.npz", estimate, truth)
         if len(results) == 1 and path.is_dir():
             draw(load_run(path), truth, folder)
         out.append(_Scored(name, clip, scores, "/".join(truth.folder.parts[-2:]), told))
@@ -291,7 +292,3 @@ def _save_map(path: Path, estimate: Estimate, truth: Truth) -> None:
     if np.isfinite(errors).any():
         rms = errors.astype(np.float32)
         np.savez_compressed(path, format=MAP_FORMAT, version=MAP_VERSION, vertex_rms_mm=rms)
-
-
-def _file_name(name: str) -> str:
-    return re.sub(r"[^\w.-]+", "_", name)

@@ -80,7 +80,8 @@ def hand(skin: Colour) -> Prop:
     The origin lies in the palm at the knuckles. The surface is the zero level of the smoothed
     union of tapered rods, one for each bone.
     """
-    fingers, rest = _finger_limbs(), [*_palm_limbs(), *_thumb_limbs()]
+    thumb = zip(_THUMB, _THUMB[1:], _THUMB_RADII, _THUMB_RADII[1:], strict=False)
+    fingers, rest = _finger_limbs(), [*_palm_limbs(), *(_limb(*joint) for joint in thumb)]
     arm = [
         _limb(_WRIST, (-200, -4, 0), 23, 30),
         _limb((_SLEEVE_FROM - 20, -2, 0), (-200, -4, 0), 31, 37),
@@ -94,7 +95,8 @@ def hand(skin: Colour) -> Prop:
     at, faces, _, _ = marching_cubes(whole, 0.0)
     vertices = low + _GRID * at.astype(np.float64)
     faces = faces.astype(np.int32)
-    if _volume(vertices, faces) < 0:
+    a, b, c = vertices[faces].transpose(1, 0, 2)
+    if (a * np.cross(b, c)).sum() < 0:  # six times the volume
         faces = faces[:, ::-1]
     uphill = [map_coordinates(part, at.T, order=1) for part in np.gradient(whole)]
     normals = np.column_stack(uphill)
@@ -129,11 +131,6 @@ def _palm_limbs() -> list[_Limb]:
     ]
 
 
-def _thumb_limbs() -> list[_Limb]:
-    joints = zip(_THUMB, _THUMB[1:], _THUMB_RADII, _THUMB_RADII[1:], strict=False)
-    return [_limb(*joint) for joint in joints]
-
-
 def _union(distances: list[FloatArray], blend: float) -> FloatArray:
     """Union of solids by their distances, rounded where they meet within `blend` mm."""
     out = distances[0]
@@ -141,11 +138,6 @@ def _union(distances: list[FloatArray], blend: float) -> FloatArray:
         near = np.clip(1 - np.abs(out - other) / blend, 0, 1)
         out = np.minimum(out, other) - near * near * blend / 4
     return out
-
-
-def _volume(vertices: FloatArray, faces: NDArray[np.int32]) -> float:
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    return float((a * np.cross(b, c)).sum() / 6)
 
 
 def _hand_colours(vertices: FloatArray, fingers: list[list[_Limb]], skin: Colour) -> FloatArray:

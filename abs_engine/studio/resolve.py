@@ -96,16 +96,14 @@ def lights_at(lamps: Iterable[LightEntry], times: FloatArray) -> FloatArray:
 
 
 def _leaving(events: tuple[EventEntry, ...], times: FloatArray) -> FloatArray:
-    """Shift (T, 3), mm, of a head by all events."""
-    shifts = [_leave(event, times) for event in events if event.kind == "leave"]
-    return np.asarray(np.sum([np.zeros((len(times), 3)), *shifts], axis=0), np.float64)
-
-
-def _leave(event: EventEntry, times: FloatArray) -> FloatArray:
-    """Shift (T, 3), mm, of a head that leaves the picture and comes back."""
-    way = np.array(event.direction) / np.linalg.norm(event.direction)
-    share = ramp(times, event.start, event.end, event.ramp)
-    return np.asarray(_amount(event) * share[:, None] * way, np.float64)
+    """Shift (T, 3), mm, of a head that leaves the picture and comes back, by all events."""
+    out = np.zeros((len(times), 3))
+    for event in events:
+        if event.kind == "leave":
+            way = np.array(event.direction) / np.linalg.norm(event.direction)
+            share = ramp(times, event.start, event.end, event.ramp)
+            out += _amount(event) * share[:, None] * way
+    return out
 
 
 def _amount(event: EventEntry) -> float:

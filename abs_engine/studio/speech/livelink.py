@@ -66,7 +66,8 @@ def read_livelink(path: Path | str, timecode_rate: float | None = None) -> Recor
     """
     path = Path(path)
     header, rows, lines = _rows(path)
-    columns = [i for i, name in enumerate(header) if i > 1 and not _is_angle(name)]
+    angles = ("Yaw", "Pitch", "Roll")
+    columns = [i for i, name in enumerate(header) if i > 1 and not name.endswith(angles)]
     names = tuple(header[i][0].lower() + header[i][1:] for i in columns)
     values = _numbers(path, header, rows, lines)
     places = [header.index(name) - 2 if name in header else -1 for name in _HEAD]
@@ -170,7 +171,3 @@ def _seconds(
             "sort the lines, or give the timecode's rate",
         )
     return times
-
-
-def _is_angle(name: str) -> bool:
-    return name.endswith(("Yaw", "Pitch", "Roll"))
