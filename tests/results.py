@@ -25,11 +25,11 @@ from abs_engine.dataset import (
 )
 from abs_engine.dataset.clip import LANDMARKS
 from abs_engine.dataset.codec import CLOSED_BELOW
-from abs_engine.evaluate.estimate import Estimate, LinearSurface, of_run
+from abs_engine.evaluate.estimate import Estimate, of_run
 from abs_engine.evaluate.metrics import to_camera
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.studio.people.lip_contact import widest_gap
-from abs_engine.tracking.run_mesh import RunMesh
+from abs_engine.tracking.run_mesh import LinearSurface, RunMesh
 
 FRAMES, RATE = 60, 25.0
 

@@ -21,11 +21,12 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.dataset.timecode import seconds_since_first
 from abs_engine.evaluate import metrics
-from abs_engine.evaluate.estimate import Areas, Estimate, LinearSurface, PointTrack
+from abs_engine.evaluate.estimate import Areas, Estimate, PointTrack
 from abs_engine.evaluate.landmark_csv import Reference
 from abs_engine.face.schema import Unit
 from abs_engine.io.assets import CLOSED_APERTURE
 from abs_engine.io.csv_table import Table, read_table
+from abs_engine.tracking.run_mesh import LinearSurface
 
 HEAD = ("headyaw", "headpitch", "headroll")
 DRIFT = 0.002

@@ -217,28 +217,3 @@ def _intervals(run: Mapping[str, NDArray[Any]]) -> dict[str, tuple[FloatArray, F
                 continue
             found[name] = np.asarray(low, np.float64), np.asarray(high, np.float64)
     return found
-
-
-@dataclass(frozen=True, eq=False)
-class LinearSurface:
-    """A mesh as a mean and modes: vertices(t) = mean + sum over p of weights[t, p] modes[p].
-
-    Parameters
-    ----------
-    mean : (V, 3) float, mm, head frame
-    modes : (P, V, 3) float, mm at weight 1
-    weights : (T, P) float64
-    """
-
-    mean: NDArray[np.floating[Any]]
-    modes: NDArray[np.floating[Any]]
-    weights: FloatArray
-
-    def vertices(self, frame: int) -> FloatArray:
-        """Vertices (V, 3), mm, head frame."""
-        return np.asarray(self.mean + np.tensordot(self.weights[frame], self.modes, 1), np.float64)
-
-    def points(self, vertex: NDArray[np.integer[Any]]) -> FloatArray:
-        """Paths (T, N, 3), mm, head frame, of some vertices (N,)."""
-        moved = np.tensordot(self.weights, self.modes[:, vertex].astype(np.float64), 1)
-        return np.asarray(self.mean[vertex].astype(np.float64) + moved)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.dataset import Phoneme
 from abs_engine.evaluate.score import Score
-from abs_engine.report.motion import LinearMotion
+from abs_engine.tracking.run_mesh import LinearSurface
 
 Rows = tuple[tuple[str, str], ...]
 """Names and values, for a table of two columns."""
@@ -49,13 +49,13 @@ class Head:
 
     Parameters
     ----------
-    motion : LinearMotion
+    motion : LinearSurface
         Its vertices in the head frame.
     rotations, translations : (T, 3) float64, optional
         Head to camera, radians and mm; NaN in lost frames.
     """
 
-    motion: LinearMotion
+    motion: LinearSurface
     rotations: FloatArray | None = None
     translations: FloatArray | None = None
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.report.motion import LinearMotion
+from abs_engine.tracking.run_mesh import LinearSurface
 
 FINE_MM = 0.004
 """Steps of a mode's vertices, as far as its weights move them; ten modes are wrong by 0.02 mm."""
@@ -76,7 +76,7 @@ class Store:
         told = self.add(np.where(known, steps, LOST).astype(np.int16), row)
         return told | {"step": step}
 
-    def add_motion(self, motion: LinearMotion) -> dict[str, Any]:
+    def add_motion(self, motion: LinearSurface) -> dict[str, Any]:
         """Keep a motion; modes in steps of their own, whose sizes are in the weights."""
         lost = np.asarray(~np.isfinite(motion.weights).all(axis=1))
         weights = np.nan_to_num(motion.weights.astype(np.float64))

@@ -16,8 +16,9 @@ from abs_engine.evaluate import metrics
 from abs_engine.evaluate.estimate import Estimate
 from abs_engine.io.assets import Speaker
 from abs_engine.report.data import Head, Series, System
-from abs_engine.report.motion import LinearMotion, compress
+from abs_engine.report.motion import compress
 from abs_engine.report.scoring import same_mesh
+from abs_engine.tracking.run_mesh import LinearSurface
 
 Loops = Mapping[str, NDArray[np.int32]]
 _MANY_MODES = 16
@@ -45,7 +46,7 @@ def _head(estimate: Estimate, played: int) -> Head | None:
     surface: Any = estimate.surface
     if surface is None:
         return None
-    motion = LinearMotion(
+    motion = LinearSurface(
         np.asarray(surface.mean, np.float32),
         np.asarray(surface.modes, np.float32),
         np.asarray(surface.weights[:played], np.float32),

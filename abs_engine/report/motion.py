@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from abs_engine.tracking.run_mesh import LinearSurface
 
 LARGEST_ERROR_MM = 0.05
 """No coordinate of a mesh is farther from the original than this."""
@@ -15,29 +16,7 @@ LARGEST_ERROR_MM = 0.05
 _COLUMNS = 4096
 
 
-@dataclass(frozen=True, eq=False)
-class LinearMotion:
-    """Vertices(t) = mean + sum over r of weights[t, r] modes[r].
-
-    Parameters
-    ----------
-    mean : (V, 3) float32, mm
-    modes : (R, V, 3) float32
-    weights : (T, R) float32
-        NaN in frames without a mesh.
-    """
-
-    mean: NDArray[np.float32]
-    modes: NDArray[np.float32]
-    weights: NDArray[np.float32]
-
-    def vertices(self, frame: int) -> NDArray[np.float32]:
-        """Vertices (V, 3) of a frame; NaN where there is no mesh."""
-        moved = np.tensordot(self.weights[frame], self.modes, 1)
-        return np.asarray(self.mean + moved, np.float32)
-
-
-def compress(vertices: Callable[[int], NDArray[np.floating[Any]]], frames: int) -> LinearMotion:
+def compress(vertices: Callable[[int], NDArray[np.floating[Any]]], frames: int) -> LinearSurface:
     """The fewest principal components that give every coordinate back to `LARGEST_ERROR_MM`.
 
     Parameters
@@ -53,7 +32,9 @@ def compress(vertices: Callable[[int], NDArray[np.floating[Any]]], frames: int) 
     known = np.isfinite(moved).all(axis=1)
     weights = np.full((frames, 1), np.nan, np.float32)
     if not known.any():
-        return LinearMotion(np.zeros(shape, np.float32), np.zeros((1, *shape), np.float32), weights)
+        return LinearSurface(
+            np.zeros(shape, np.float32), np.zeros((1, *shape), np.float32), weights
+        )
     moved = moved[known]
     mean = moved.mean(axis=0, dtype=np.float64).astype(np.float32)
     moved -= mean
@@ -69,7 +50,7 @@ def compress(vertices: Callable[[int], NDArray[np.floating[Any]]], frames: int) 
     modes = (sides[:, :count].T @ moved).reshape(count, *shape)
     weights = np.full((frames, count), np.nan, np.float32)
     weights[known] = sides[:, :count]
-    return LinearMotion(mean.reshape(shape), modes, weights)
+    return LinearSurface(mean.reshape(shape), modes, weights)
 
 
 def _sides(moved: NDArray[np.float32]) -> tuple[NDArray[np.float64], NDArray[np.float32]]:

@@ -24,8 +24,45 @@ _LAYOUT: Layout = {
 }
 
 
+@dataclass(frozen=True, eq=False)
+class LinearSurface:
+    """A mesh as a mean and modes: vertices(t) = mean + sum over p of weights[t, p] modes[p].
+
+    Parameters
+    ----------
+    mean : (V, 3) float, mm, head frame
+    modes : (P, V, 3) float, mm at weight 1
+    weights : (T, P) float
+        NaN in lost frames.
+    """
+
+    mean: NDArray[np.floating]
+    modes: NDArray[np.floating]
+    weights: NDArray[np.floating]
+
+    def __len__(self) -> int:
+        """Return the number of frames, T."""
+        return len(self.weights)
+
+    def vertices(self, frame: int) -> NDArray[np.float64]:
+        """Vertices (V, 3), mm, head frame; NaN in a lost frame.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such frame.
+        """
+        weights = self.weights[checked_frame(frame, len(self))]
+        return np.asarray(self.mean + np.tensordot(weights, self.modes, 1), np.float64)
+
+    def points(self, vertex: NDArray[np.integer]) -> NDArray[np.float64]:
+        """Paths (T, N, 3), mm, head frame, of some vertices (N,)."""
+        moved = np.tensordot(self.weights, self.modes[:, vertex].astype(np.float64), 1)
+        return np.asarray(self.mean[vertex] + moved, np.float64)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class RunMesh:
+class RunMesh(LinearSurface):
     """The whole head of a run, as a linear shape with weights for each frame.
 
     Parameters
@@ -53,26 +90,6 @@ class RunMesh:
             f"<RunMesh of {len(self)} frames: {len(self.mean)} vertices, {len(self.faces)} faces, "
             f"{len(self.modes)} modes>"
         )
-
-    def __len__(self) -> int:
-        """Return the number of frames, T."""
-        return len(self.weights)
-
-    def vertices(self, frame: int) -> NDArray[np.float64]:
-        """Vertices (V, 3), mm, head frame; NaN in a lost frame.
-
-        Raises
-        ------
-        ParameterError
-            If there is no such frame.
-        """
-        weights = self.weights[checked_frame(frame, len(self))]
-        return np.asarray(self.mean + np.tensordot(weights, self.modes, 1), np.float64)
-
-    def points(self, vertex: NDArray[np.integer]) -> NDArray[np.float64]:
-        """Paths (T, N, 3), mm, head frame, of some vertices (N,)."""
-        moved = np.tensordot(self.weights, self.modes[:, vertex].astype(np.float64), 1)
-        return np.asarray(self.mean[vertex] + moved, np.float64)
 
     def save(self, folder: Path) -> None:
         """Write ``mesh.npz`` into an existing folder."""

@@ -25,8 +25,9 @@ from abs_engine.report.drawing.colours import (
 from abs_engine.report.embed import Store, deflated, json_bytes
 from abs_engine.report.estimate_parts import system_of
 from abs_engine.report.film import mouth_picture, shorten, worst_frames
-from abs_engine.report.motion import LARGEST_ERROR_MM, LinearMotion, compress
+from abs_engine.report.motion import LARGEST_ERROR_MM, compress
 from abs_engine.report.quantities import CURVES, error_rows
+from abs_engine.tracking.run_mesh import LinearSurface
 
 
 def test_a_motion_comes_back_within_the_largest_error():
@@ -56,7 +57,7 @@ def test_a_motion_that_stands_still_or_is_never_seen(value):
 
 def test_sixteen_bits_are_fine_enough_for_a_mesh():
     rng = np.random.default_rng(3)
-    motion = LinearMotion(
+    motion = LinearSurface(
         rng.normal(size=(9, 3)).astype("f4") * 100,
         rng.normal(size=(4, 9, 3)).astype("f4") * 10,
         rng.uniform(0, 1, (6, 4)).astype("f4"),

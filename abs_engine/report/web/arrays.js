@@ -33,7 +33,7 @@ function unpack({ kind, shape, at, row, step }) {
   return Float32Array.from(numbers, (n) => (n === LOST ? NaN : n * step));
 }
 
-// A moving mesh: mean + weights x modes, see LinearMotion in Python.
+// A moving mesh: mean + weights x modes, see LinearSurface in Python.
 class Motion {
   constructor(packed) {
     this.mean = unpack(packed.mean);
