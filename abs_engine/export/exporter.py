@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.geometry import Pose
 from abs_engine.face.neutral import neutral_face
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.tracking.measures import closure_arrays, closures, cuts
-from abs_engine.tracking.record import load_run, run_settings
-from abs_engine.tracking.run_mesh import RunMesh, load_mesh_of
+from abs_engine.tracking.record import camera_of, load_whole_run, run_settings
+from abs_engine.tracking.run_mesh import RunMesh
 
 
 @dataclass(frozen=True)
@@ -116,9 +115,7 @@ class TrackedRun:
     @cached_property
     def camera(self) -> Camera:
         """The camera of the video."""
-        width, height = (int(n) for n in self.arrays["camera_size"])
-        distortion = self.arrays["camera_distortion"]
-        return Camera(self.arrays["camera_matrix"], (width, height), distortion)
+        return camera_of(self.arrays)
 
     @cached_property
     def neutral(self) -> FloatArray:
@@ -175,21 +172,13 @@ def read_run(folder: Path, speaker: Path | None = None, needs: tuple[str, ...] =
     ModelFormatError
         If its files do not fit together, or are of another head.
     """
-    arrays, head = load_run(folder), load_speaker(speaker)
-    mesh = load_mesh_of(folder, head)
-    if len(mesh) != len(arrays["found"]):
-        raise ModelFormatError(f"{folder} has meshes of other frames", "track the video again")
-    missing = [name for name in (*_NEEDED, *needs) if name not in arrays]
-    if missing:
-        raise ModelFormatError(f"the run {folder} lacks {', '.join(missing)}", "track it again")
+    head = load_speaker(speaker)
+    arrays, mesh = load_whole_run(folder, head, needs)
     # Older runs have none
     found = closure_arrays(closures(arrays["aperture"], arrays["time"], cuts(arrays)))
     sound = run_settings(folder).get("sound")
     begins = float(sound) if isinstance(sound, int | float) else 0.0
     return TrackedRun(Path(folder), found | arrays, mesh, head, begins)
-
-
-_NEEDED = ("camera_matrix", "camera_size", "camera_distortion", "rate")
 
 
 def rms(differences: FloatArray) -> float:

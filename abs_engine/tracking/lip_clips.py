@@ -31,10 +31,9 @@ from abs_engine.io.video import read_frames
 from abs_engine.learn.further import LipClip
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.training import check_speaker
-from abs_engine.tracking.record import SUMMARY
+from abs_engine.tracking.record import SUMMARY, camera_of
 from abs_engine.tracking.recordings import (
     Recording,
-    camera_of,
     load_recording,
     pose_in,
 )

@@ -19,12 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.camera import WIDEST_SIDE
-from abs_engine.core.errors import InputFileError
+from abs_engine.core.camera import WIDEST_SIDE, Camera
+from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.kinds import to_path
 from abs_engine.core.pose import parted
 from abs_engine.core.provenance import made_by
 from abs_engine.io.arrays import Layout, real, text, truth, whole
+from abs_engine.io.assets import Speaker
 from abs_engine.io.inputs import read_json
 from abs_engine.io.npz import read_npz
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
@@ -37,7 +38,7 @@ from abs_engine.tracking.frame_rows import (
     FrameRows,
 )
 from abs_engine.tracking.measures import NAMES, Closure, closure_arrays, closures, velocities
-from abs_engine.tracking.run_mesh import RunMesh
+from abs_engine.tracking.run_mesh import RunMesh, load_mesh_of
 from abs_engine.tracking.run_summary import summary
 from abs_engine.tracking.run_table import closed_frames, closure_table, table_of, written
 
@@ -264,3 +265,37 @@ def load_run(folder: Path) -> dict[str, NDArray[Any]]:
         one = f"give one of the runs in it, such as {runs[0]}" if runs else _OF_TRACK
         raise InputFileError(f"{folder} is not a run: {RESULTS} is missing", one)
     return read_npz(path, FORMAT, VERSION, _LAYOUT, "track the video again")
+
+
+def load_whole_run(
+    folder: Path, speaker: Speaker, needs: Sequence[str] = ()
+) -> tuple[dict[str, NDArray[Any]], RunMesh]:
+    """Arrays and mesh of a run that was tracked with a head.
+
+    Raises
+    ------
+    InputFileError
+        If the folder is no run.
+    ModelFormatError
+        If its files do not fit together, are of another head, or lack the camera or what `needs`
+        names.
+    """
+    arrays, mesh = load_run(folder), load_mesh_of(folder, speaker)
+    if len(mesh) != len(arrays["found"]):
+        raise ModelFormatError(
+            f"{folder} has {len(arrays['found'])} frames and {len(mesh)} meshes",
+            "track the video again",
+        )
+    missing = [name for name in (*_CAMERA, "rate", *needs) if name not in arrays]
+    if missing:
+        raise ModelFormatError(f"the run {folder} lacks {', '.join(missing)}", "track it again")
+    return arrays, mesh
+
+
+def camera_of(run: Mapping[str, NDArray[Any]]) -> Camera:
+    """Camera of the video of a run that has one."""
+    matrix, size, distortion = (run[name] for name in _CAMERA)
+    return Camera(matrix, (int(size[0]), int(size[1])), distortion)
+
+
+_CAMERA = ("camera_matrix", "camera_size", "camera_distortion")

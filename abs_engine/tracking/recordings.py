@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray
-from abs_engine.core.camera import Camera
 from abs_engine.core.errors import (
     InputFileError,
     ModelFormatError,
@@ -28,7 +27,7 @@ from abs_engine.io.video import probe
 from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking.face_choice import LARGEST, FaceChoice
 from abs_engine.tracking.initial_pose import FaceBox
-from abs_engine.tracking.record import SUMMARY, Record, load_run
+from abs_engine.tracking.record import SUMMARY, Record, camera_of, load_run
 from abs_engine.tracking.run_mesh import load_mesh_of
 from abs_engine.tracking.scale import USUAL_PUPILS, Scale
 from abs_engine.tracking.settings.frames import FRAME_LOOP
@@ -183,12 +182,6 @@ def mouth_box(run: Arrays, first: int) -> FaceBox | None:
         return None
     lips = pose_in(run, there[0]).apply(run["lip_points"][there[0]])
     return FaceBox.around_lips(camera_of(run).project(lips))
-
-
-def camera_of(run: Arrays) -> Camera:
-    """Camera of the video of a run that has one."""
-    width, height = map(int, run["camera_size"])
-    return Camera(run["camera_matrix"], (width, height), run["camera_distortion"])
 
 
 def pose_in(run: Arrays, frame: int) -> Pose:

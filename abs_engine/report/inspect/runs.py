@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera, Window
-from abs_engine.core.errors import ModelFormatError, ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.kinds import checked_frame
 from abs_engine.core.pose import POSE_NAMES
@@ -20,10 +20,8 @@ from abs_engine.io.assets import Speaker
 from abs_engine.io.video import read_frames
 from abs_engine.report.drawing.view import View
 from abs_engine.report.inspect.body import Body
-from abs_engine.tracking.record import load_run
-from abs_engine.tracking.run_mesh import RunMesh, load_mesh_of
-
-_CAMERA = ("camera_matrix", "camera_size", "camera_distortion", "rate")
+from abs_engine.tracking.record import camera_of, load_whole_run
+from abs_engine.tracking.run_mesh import RunMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,27 +92,9 @@ class RunHead:
 
 
 def load_run_head(folder: Path, speaker: Speaker) -> RunHead:
-    """Read a run with its mesh.
-
-    Raises
-    ------
-    InputFileError
-        If the folder is no run.
-    ModelFormatError
-        If its files have another format, do not fit together, or are of another head.
-    """
-    arrays, mesh = load_run(folder), load_mesh_of(folder, speaker)
-    if len(mesh) != len(arrays["found"]):
-        raise ModelFormatError(
-            f"{folder} has {len(arrays['found'])} frames and {len(mesh)} meshes",
-            "track the video again",
-        )
-    missing = [name for name in _CAMERA if name not in arrays]
-    if missing:
-        raise ModelFormatError(f"the run {folder} lacks {', '.join(missing)}", "track it again")
-    size = tuple(int(n) for n in arrays["camera_size"])
-    camera = Camera(arrays["camera_matrix"], (size[0], size[1]), arrays["camera_distortion"])
-    return RunHead(Path(folder), speaker, arrays, mesh, camera)
+    """Read a run with its mesh; raises as `load_whole_run`."""
+    arrays, mesh = load_whole_run(folder, speaker)
+    return RunHead(Path(folder), speaker, arrays, mesh, camera_of(arrays))
 
 
 def run_pictures(video: Path, wanted: list[int]) -> Iterator[tuple[int, Image]]:
