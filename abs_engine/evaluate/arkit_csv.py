@@ -43,8 +43,6 @@ def read_arkit(
 
     Parameters
     ----------
-    path : Path
-    clip : Reference
     unit_names : sequence of 52 str
     units : (52, V, 3) float, mm at weight 1
     areas : mapping of str to vertex indices

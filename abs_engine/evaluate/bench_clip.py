@@ -45,8 +45,6 @@ class ClipBench:
 
     Parameters
     ----------
-    clip : str
-    frames : int
     seconds, seconds_peer : float
         Of the whole processes; the peer's is None where none was asked for.
     fps : float
@@ -57,12 +55,10 @@ class ClipBench:
         Of the mouth: those of the fit, and what is drawn once it has ended.
     parts : mapping of str to float
         Milliseconds of one core that a frame took, by part.
-    preparation_seconds : float
     draws : str
         What draws.
     peer : str
         Its version; empty without.
-    turns : int
     machine : mapping of str to str or int
     """
 
@@ -117,12 +113,10 @@ def bench_clip(
 
     Parameters
     ----------
-    video : Path
     renderer : str
         As `open_renderer` takes it.
     peer_python : Path, optional
         A Python that can import mediapipe, which brings another OpenCV.
-    turns : int
 
     Raises
     ------

@@ -26,11 +26,8 @@ class Work:
 
     Parameters
     ----------
-    scene : Scene
-    candidates : Candidates
     camera : Camera
         Its whole image is drawn.
-    term : ColourError
     """
 
     scene: Scene

@@ -19,7 +19,6 @@ class ShownView:
 
     Parameters
     ----------
-    truth : Truth
     name : str
         CLIP/CAMERA.
     others : tuple of str

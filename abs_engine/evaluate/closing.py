@@ -30,8 +30,6 @@ def closures(
 
     Parameters
     ----------
-    said : Estimate
-    truth : Truth
     aperture : (T,) float64, mm
         Of the truth, measured as the estimate's.
     landmark_68 : (68,) int, optional

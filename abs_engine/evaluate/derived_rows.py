@@ -25,7 +25,6 @@ def complete(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None)
 
     Parameters
     ----------
-    estimate : Estimate
     truth : Truth
         Whose camera projects landmarks of systems that say where the head is.
     landmark_68 : (68,) int, optional

@@ -64,7 +64,6 @@ class Estimate:
 
     Parameters
     ----------
-    name : str
     found : (T,) bool
         False in frames that the system gave up.
     tracks : mapping of str to PointTrack
@@ -170,7 +169,6 @@ def of_run(
 
     Parameters
     ----------
-    name : str
     run : mapping of str to array
         As `load_run` gives it. Arrays `X_sd`, or `X_lower` and `X_upper`, of an array `X`
         (`lip_points`, which may be called `lip`, `aperture`, `width`) are its 95 % intervals.

@@ -48,7 +48,6 @@ class Reference:
 
     Parameters
     ----------
-    frames : int
     rate : float
         Frames per second.
     neutral : (V, 3) float, mm, head frame

@@ -32,7 +32,6 @@ def check_clip(path: Path, run: Mapping[str, NDArray[Any]], truth: Truth) -> Non
     path : Path
         The run's folder.
     run : mapping of str to array
-    truth : Truth
 
     Raises
     ------

@@ -78,8 +78,6 @@ def measure(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) 
 
     Parameters
     ----------
-    estimate : Estimate
-    truth : Truth
     landmark_68 : (68,) int, optional
         The landmarks on the truth's mesh, for landmarks in the picture.
 

@@ -159,7 +159,6 @@ def read_run(folder: Path, speaker: Path | None = None, needs: tuple[str, ...] =
 
     Parameters
     ----------
-    folder : Path
     speaker : Path, optional
         The head that it was tracked with, if not the bundled one.
     needs : tuple of str

@@ -35,7 +35,6 @@ class Array:
         The range, both ends included; a name of a length is one less than that.
     gaps : bool
         Whether NaN stands for what is not known.
-    optional : bool
     """
 
     kinds: str

@@ -27,7 +27,6 @@ class Table:
 
     Parameters
     ----------
-    path : Path
     columns : mapping of column name to its place
         Names as written, without spaces around them.
     rows : list of list of str
@@ -98,7 +97,6 @@ def read_table(
 
     Parameters
     ----------
-    path : Path
     empty_lines : bool
         Keep lines whose cells are all empty, as a frame's of which nothing is known may be; by
         default they are left out, as spreadsheets end with such lines. Lines without a cell

@@ -47,7 +47,6 @@ def check_free(path: Path, ending: str = "") -> Path:
 
     Parameters
     ----------
-    path : Path
     ending : str
         What its name must end in, ".npz", say; small and capital letters are the same.
 

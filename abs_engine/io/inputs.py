@@ -37,7 +37,6 @@ def parse_json(text: str, *, gaps: bool = False) -> Any:
 
     Parameters
     ----------
-    text : str
     gaps : bool
         Whether it may hold NaN and infinity, which JSON has not but Python writes.
 

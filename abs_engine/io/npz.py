@@ -49,9 +49,6 @@ def read_npz(
 
     Parameters
     ----------
-    path : Path
-    kind : str
-    version : int
     layout : mapping of str to Array, optional
         What it must hold; only these arrays are given back. By default all, as they are.
     remedy : str
@@ -86,9 +83,6 @@ def read_model(
 
     Parameters
     ----------
-    path : Path
-    kind : str
-    version : int
     make : callable
         Makes the model; `KeyError`, `TypeError`, `ValueError`, `ParameterError` are told as the
         file's fault.

@@ -275,7 +275,6 @@ def kept_if_of_use(made: Unfinished, done: Path) -> Iterator[None]:
 
     Parameters
     ----------
-    made : Unfinished
     done : Path
         Of use if it is there; a folder, if the output or it holds something.
     """

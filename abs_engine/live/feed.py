@@ -46,7 +46,6 @@ class FileFeed:
 
     Parameters
     ----------
-    path : Path
     repeat : int
         How often it is played.
 

@@ -28,7 +28,6 @@ class Keeper:
     ----------
     folder : Path
         That is there, and empty.
-    tracker : ClipTracker
     """
 
     def __init__(self, folder: Path, tracker: ClipTracker) -> None:
@@ -56,7 +55,6 @@ class Keeper:
 
         Parameters
         ----------
-        options : TrackOptions
         facts : dict
             What `run.json` says of the session, JSON values.
         progress : callable, optional

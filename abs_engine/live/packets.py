@@ -65,7 +65,6 @@ class LiveLink:
     ----------
     destination : tuple
         As `reached` gives it.
-    tracker : ClipTracker
     """
 
     def __init__(self, destination: Destination, tracker: ClipTracker) -> None:

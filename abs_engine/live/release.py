@@ -21,8 +21,6 @@ class Released:
 
     Parameters
     ----------
-    shot : Shot
-    result : FrameResult
     delay : float
         Seconds since the frame was taken.
     dropped : int

@@ -107,7 +107,6 @@ def served(board: Board, name: str, port: int | None) -> Iterator[str]:
 
     Parameters
     ----------
-    board : Board
     name : str
         What is filmed.
     port : int or None

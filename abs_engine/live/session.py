@@ -29,10 +29,8 @@ def learned(
 
     Parameters
     ----------
-    feed : Feed
     reader : Reader
         Of it.
-    renderer : Renderer
     options : TrackOptions
         Of a head that is found from landmarks.
     seconds : float
@@ -73,8 +71,6 @@ def follow(
 
     Parameters
     ----------
-    tracker : ClipTracker
-    reader : Reader
     delay : float
         Seconds from a frame to its result.
     hand_on : callable

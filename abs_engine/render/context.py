@@ -57,7 +57,6 @@ class Attempt:
     ----------
     backend : str
         One of `BACKENDS`.
-    ok : bool
     detail : str
         Renderer and version, or what is wrong.
     remedy : str

@@ -32,7 +32,6 @@ class Timing:
 
     Parameters
     ----------
-    way : str
     milliseconds : float or None
         The median, or None where the way does not run.
     detail : str

@@ -30,7 +30,6 @@ class EglContext:
 
     Parameters
     ----------
-    egl : ctypes.CDLL
     display, context : int
         EGLDisplay and EGLContext.
     """

@@ -36,8 +36,6 @@ class InstancedPath:
 
     Parameters
     ----------
-    gl : GLContext
-    programs : Programs
     pool : TargetPool
     scenes, terms : WeakCache
         Uploads of scenes and of pixel terms.

@@ -20,7 +20,6 @@ class OSMesaContext:
 
     Parameters
     ----------
-    library : ctypes.CDLL
     context : int
         OSMesaContext.
     """

@@ -38,7 +38,6 @@ def colour_error(
         Texture coordinates of each pixel; u below -1e29 is background.
     scene : Scene
         Whose texture is drawn.
-    term : ColourError
     weights : (P,) float64
         Of the scene's modes; read where its texture depends on them.
     """

@@ -24,7 +24,6 @@ class Source:
 
     Parameters
     ----------
-    text : str
     origins : tuple of str
         "file:line" for each line of `text`.
     """

@@ -27,7 +27,6 @@ class Target:
 
     Parameters
     ----------
-    gl : GLContext
     size : tuple of int
         Width, height, layers.
     formats : tuple of (int, str)
@@ -105,7 +104,6 @@ class Canvas:
 
     Parameters
     ----------
-    gl : GLContext
     size : tuple of int
         Width and height.
     samples : int

@@ -26,8 +26,6 @@ class ThinPath:
 
     Parameters
     ----------
-    gl : GLContext
-    programs : Programs
     pool : TargetPool
     scenes : WeakCache
         Uploads of scenes.

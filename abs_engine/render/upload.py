@@ -89,7 +89,6 @@ class Labelled:
     ----------
     name : str
         Of what the labels are.
-    layout : Layout
     buffer, reserve : callable
         Make a buffer from an array, and an empty one of a number of bytes.
     """
@@ -274,7 +273,6 @@ class TermUpload:
 
     Parameters
     ----------
-    gl : GLContext
     term : ClassMaps or ColourError
     """
 

@@ -31,11 +31,8 @@ def clip_positions(
 
     Parameters
     ----------
-    scene : Scene
-    candidates : Candidates
     index : int
         Which candidate of the batch.
-    camera : Camera
     clip : (4, 4) float64
         `core.camera.clip_matrix(window)`.
 

@@ -66,7 +66,6 @@ class WorstFrame:
 
     Parameters
     ----------
-    frame : int
     picture : bytes
         WebP: the mouth with the true and the tracked contours.
     text : str
@@ -84,7 +83,6 @@ class System:
 
     Parameters
     ----------
-    name : str
     curves, errors, sureness : mapping of `Quantity.key` to Series
         Lip curves; errors, and how sure the system is, frame by frame.
     scores : mapping of metric to Score
@@ -92,7 +90,6 @@ class System:
     contours : mapping of str to (T, N, 2) float64
         `outer` and `inner` contour of the lips in the picture, px, as closed loops; NaN in lost
         frames.
-    head : Head, optional
     error_map : (V,) float64, mm, optional
         NaN for vertices that have none.
     worst : tuple of WorstFrame
@@ -123,7 +120,6 @@ class TrueClip:
     ----------
     curves : mapping of `Quantity.key` to (T,) float64
     contours : mapping of str to (T, N, 2) float64, px
-    head : Head
     closed : (T,) bool
     said : tuple of Phoneme
     """
@@ -157,8 +153,6 @@ class ReportData:
 
     Parameters
     ----------
-    title : str
-    subtitle : str
     rate : float
         Frames per second, on average.
     times : (T,) float64
@@ -169,8 +163,6 @@ class ReportData:
         The mesh of all heads.
     colours : (V, 3) uint8 RGB
         Of the heads' vertices.
-    true : TrueClip, optional
-    film : Film, optional
     played : int
         Frames that the player shows, the first of the clip.
     focus : tuple of float

@@ -45,12 +45,8 @@ class DemoOptions:
 
     Parameters
     ----------
-    person : str
-    sentence : str
     size : tuple of int
         Pixels.
-    frames : int
-    seed : int
     person_known : bool
         Track with the filmed person's own head, the speaker-specific case; otherwise with the
         average head, whose mouth is fitted to the clip. The camera is calibrated in both cases.

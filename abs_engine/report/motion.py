@@ -23,7 +23,6 @@ def compress(vertices: Callable[[int], NDArray[np.floating[Any]]], frames: int) 
     ----------
     vertices : callable
         Gives the vertices (V, 3), mm, of a frame; NaN where there are none.
-    frames : int
     """
     shape = vertices(0).shape
     moved = np.empty((frames, int(np.prod(shape))), np.float32)

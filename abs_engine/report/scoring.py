@@ -189,7 +189,6 @@ def read_result(path: Path, truth: Truth, speaker: Speaker, marks: NDArray[Any] 
     ----------
     path : Path
         A run's folder, or a CSV file of landmarks or of ARKit's face units.
-    truth : Truth
     speaker : Speaker
         Whose areas and face units are used if the truth has its mesh.
     marks : (68,) int, optional

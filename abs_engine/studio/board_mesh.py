@@ -29,7 +29,6 @@ def printed(board: Board, paper: Colour) -> Prop:
 
     Parameters
     ----------
-    board : Board
     paper : (3,) int, sRGB
     """
     x, y = (_lines(board, count) for count in (board.columns, board.rows))

@@ -49,7 +49,6 @@ class Cast:
 
     Parameters
     ----------
-    speaker : Speaker
     entries : tuple of SpeakerEntry
     """
 

@@ -81,9 +81,6 @@ def film_chunk(
     ----------
     take : Take
         Of the job's clip and camera.
-    job : Job
-    plan : ClipPlan
-    speaker : Speaker
     folder : Path
         Of the data set in the making.
     labels : tuple of str

@@ -58,14 +58,12 @@ def finish_clip(
 
     Parameters
     ----------
-    plan : ClipPlan
     jobs : list of Job
         Those of the clip.
     chunks : Path
         Folder of the chunks' numbers.
     dataset : Path
         Folder of the data set in the making.
-    speaker : Speaker
     keep_frames : bool
         Whether the pictures stay when they are encoded.
     advance : callable

@@ -66,9 +66,7 @@ class Surface:
     Parameters
     ----------
     ids : (H, W) uint16, facet + 1
-    geometry : Geometry
     faces : (F, 3) int32
-    camera : Camera
     """
 
     def __init__(
@@ -121,7 +119,6 @@ class Skin:
 
     Parameters
     ----------
-    speaker : Speaker
     texture : (S, S, 3) uint8
     """
 
@@ -182,9 +179,6 @@ def visible(
     Parameters
     ----------
     vertex : (N,) int
-    geometry : Geometry
-    speaker : Speaker
-    camera : Camera
     covers : tuple of Cover
     mirrored : bool
         Whether facets count the other way round.

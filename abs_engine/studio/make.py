@@ -27,7 +27,6 @@ class Filmed:
 
     Parameters
     ----------
-    folder : Path
     frames : int
         Pictures, of all clips and cameras.
     resumed : int
@@ -72,8 +71,6 @@ class Order:
 
     Parameters
     ----------
-    command : str
-    seed : int
     labels : tuple of str
         Of normals, albedo and flow.
     keep_frames : bool
@@ -105,9 +102,6 @@ def make(
         How many there are.
     folder : Path
         Must not exist; it appears when everything is written.
-    speaker : Speaker
-    order : Order
-    crew : Crew
 
     Raises
     ------

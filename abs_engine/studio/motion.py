@@ -25,7 +25,6 @@ def head_poses(
 
     Parameters
     ----------
-    motion : MotionEntry
     times : (T,) float64, s
     rng : numpy.random.Generator
         Of the small motion of chance.

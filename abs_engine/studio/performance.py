@@ -65,8 +65,6 @@ def perform(
 
     Parameters
     ----------
-    entry : ClipEntry
-    speaker : Speaker
     neutral : (V, 3) float32, mm
         The person, whose lips must meet where they are to be closed.
     rate : float

@@ -99,7 +99,6 @@ class ClipPlan:
 
     Parameters
     ----------
-    name, person, sentence, command : str
     seed : int
         Of the sensors' noise, with `number` and the numbers of camera and frame.
     number : int
@@ -120,7 +119,6 @@ class ClipPlan:
         Label, start and end in seconds.
     lights : (T, L, 7) float64
         Direction of travel in the world, intensity, RGB.
-    ambient, roughness : float
     views : tuple of View
     props : tuple of Prop
         The shirt first, if there is one.

@@ -51,7 +51,6 @@ class Filmer:
     ----------
     work : Path
         Folder of the journal.
-    speaker : Speaker
     labels : tuple of str
     """
 
@@ -94,13 +93,11 @@ def film_apart(
     Parameters
     ----------
     jobs : list of Job
-    journal : Journal
     speaker : Speaker
         The bundled head, which the processes read themselves.
     labels : tuple of str
     advance : callable
         Called after every frame.
-    processes : int
 
     Raises
     ------

@@ -168,7 +168,6 @@ class Occluder:
 
         Parameters
         ----------
-        seconds : float
         mouth : (3,), mm, head frame
             See `mouth_of`.
         """
@@ -196,8 +195,6 @@ def clear_of(
 
     Parameters
     ----------
-    occluder : Occluder
-    speaker : Speaker
     neutral : (V, 3), mm, head frame
         The person at rest. Lips that are pushed forward come some 5 mm nearer.
     gap : float

@@ -39,10 +39,8 @@ def plan_clip(
 
     Parameters
     ----------
-    scene : SceneFile
     number : int
         Which of its clips.
-    speaker : Speaker
     cast : Cast
         The scene's people.
     folder : Path

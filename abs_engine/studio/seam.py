@@ -51,7 +51,6 @@ def beside(points: FloatArray, mark: int, strip: IntArray) -> IntArray:
     Parameters
     ----------
     points : (V, 3) float64, mm, camera frame
-    mark : int
     strip : (N,) int64
     """
     ray = points[mark] / np.linalg.norm(points[mark])

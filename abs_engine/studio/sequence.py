@@ -30,7 +30,6 @@ class Sequence:
 
     Parameters
     ----------
-    person : str
     text : str
         The sentence's name or its visemes, as given.
     rate : float
@@ -98,7 +97,6 @@ def utter(
     ----------
     text : str
         Name of a built-in sentence, or viseme symbols between spaces.
-    speaker : Speaker
     neutral : (V, 3) float, mm
         Of the person.
     rate : float
@@ -225,8 +223,6 @@ def wander(
     ----------
     times : (T,) float64
         Seconds.
-    base : Pose
-    rng : Generator
     reach : float
         Factor of the motion.
 

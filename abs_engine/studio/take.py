@@ -65,8 +65,6 @@ class Posed:
     Parameters
     ----------
     offsets : (V, 3) float16, mm, head frame
-    direct : Geometry
-    mirrored : Geometry or None
     """
 
     offsets: NDArray[np.float16]
@@ -79,8 +77,6 @@ class Take:
 
     Parameters
     ----------
-    speaker : Speaker
-    plan : ClipPlan
     number : int
         Which of the plan's views.
     labels : tuple of str

@@ -19,7 +19,6 @@ class Viseme:
 
     Parameters
     ----------
-    name : str
     units : mapping of str to float
         Weights of face units; a `Pair` stands for both of its own.
     seconds : float

@@ -78,11 +78,8 @@ def visible_findings(
 
     Parameters
     ----------
-    truth : Truth
-    sight : Sight
     classes : (68, C) bool
         See `mark_classes`.
-    name : str
     """
     told: list[tuple[str, NDArray[np.bool_], Reflection | None]] = [
         ("landmark_visible", truth.landmark_visible, None)
@@ -168,9 +165,6 @@ def coco_findings(truth: Truth, path: Path, name: str, boxes: Boxes) -> Iterator
 
     Parameters
     ----------
-    truth : Truth
-    path : Path
-    name : str
     boxes : dict
         Filled with the box and the area of every frame that has an annotation.
     """

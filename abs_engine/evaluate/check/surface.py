@@ -114,9 +114,6 @@ def albedo_findings(
 
     Parameters
     ----------
-    truth : Truth
-    sight : Sight
-    name : str
     colours : dict
         Mean colour of every facet in the first frame that was looked at; filled at first.
     """

@@ -82,7 +82,6 @@ class Sight:
 
     Parameters
     ----------
-    frame : int
     ids : (H, W) uint16
     x, y : (N,) int
     facet : (N,) int
@@ -96,7 +95,6 @@ class Sight:
     outside : (N, 3) float64
         How far the pixel's centre lies outside of each edge, px; negative inside.
     mirrored : (N,) bool
-    reflection : Reflection, optional
     """
 
     frame: int

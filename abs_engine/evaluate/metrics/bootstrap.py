@@ -91,8 +91,6 @@ def confidence(
     means : sequence of Mean, one for each clip
     rate : float
         Frames per second, for the length of the blocks.
-    seed : int
-    resamples : int
     level : float
         Between 0 and 1.
 

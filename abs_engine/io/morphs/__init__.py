@@ -18,7 +18,6 @@ def read_morphs(path: Path, deltas: Path | None = None) -> MorphMesh:
 
     Parameters
     ----------
-    path : Path
     deltas : Path, optional
         The folder of an OBJ's morph targets.
 

@@ -30,7 +30,6 @@ class GltfFile:
 
     Parameters
     ----------
-    folder : Path
     document : pygltflib.GLTF2
     binary : bytes
         The file's own bytes, of a GLB.

@@ -28,7 +28,6 @@ class Ending:
 
     Parameters
     ----------
-    path : Path
     container : InputContainer
     stream : VideoStream
         The one that is read.

@@ -25,7 +25,6 @@ class VideoWriter:
 
     Parameters
     ----------
-    path : Path
     size : tuple of int
         Width and height in pixels; odd sizes are cut by one for 4:2:0 video.
     rate : float

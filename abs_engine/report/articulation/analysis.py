@@ -20,7 +20,6 @@ class Analysis:
 
     Parameters
     ----------
-    built : Build
     asked : tuple of str
         Points and visemes that were to be kept out.
     roleless : tuple of str
@@ -76,7 +75,6 @@ def analyse(
 
     Parameters
     ----------
-    corpus : Corpus
     predictors : sequence of Predictor
     missing : {"refuse", "drop", "impute"}
         What to do with points that are missing in some visemes; see `GuidedPCA`.

@@ -69,7 +69,6 @@ def apply_model(
 
     Parameters
     ----------
-    model : ArticulatoryModel
     names : sequence of str, N
         Of the recorded points; those that the model lacks are not used.
     points : (T, N, 3) float64, mm, the frame of the model's corpus

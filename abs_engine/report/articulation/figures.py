@@ -80,8 +80,6 @@ def nomogram_figure(
 
     Parameters
     ----------
-    renderer : Renderer
-    speaker : Speaker
     shape : LinearShape
         All vertices of the head, of `dense_head`.
     names : sequence of str, P

@@ -125,7 +125,6 @@ def model_page(done: Analysis, pictures: Sequence[tuple[str, str]]) -> str:
 
     Parameters
     ----------
-    done : Analysis
     pictures : sequence of (str, str)
         Address of a figure from the page, and its caption.
     """

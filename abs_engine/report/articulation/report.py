@@ -45,7 +45,6 @@ class Heads:
         What the model was built of.
     person : str
         Whose skin it is.
-    renderer : Renderer
     """
 
     spoken: SpokenCorpus

@@ -27,7 +27,6 @@ class VarianceRow:
 
     Parameters
     ----------
-    name : str
     share, cumulated : float
         Of this model.
     paper, paper_cumulated : float or None
@@ -74,10 +73,8 @@ class Box:
 
     Parameters
     ----------
-    viseme : str
     low, first, median, third, high : float
         Quartiles, and the last values within 1.5 times their distance from the box.
-    rms : float
     outliers : tuple of float
         Beyond `low` and `high`.
     worst : str
@@ -118,7 +115,6 @@ def results(built: Build, left_out: FloatArray | None = None) -> dict[str, Any]:
 
     Parameters
     ----------
-    built : Build
     left_out : (V,) float64, mm, optional
         Of `left_out_errors`; NaN where a viseme could not be left out.
 

@@ -44,7 +44,6 @@ def label(
 
     Parameters
     ----------
-    text : str
     box : tuple of int
         Width and height, pixels.
     size : int

@@ -85,10 +85,6 @@ def paint(
 
     Parameters
     ----------
-    renderer : Renderer
-    surface : Surface
-    look : Coat
-    view : View
     ambient : float
         Share of the light that comes from everywhere, 0 to 1; at 1 nothing is shaded.
     background : tuple of int

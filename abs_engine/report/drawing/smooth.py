@@ -41,12 +41,8 @@ def smooth_picture(
 
     Parameters
     ----------
-    renderer : Renderer
-    scene : Scene
     candidate : Candidates
         A batch of one.
-    camera : Camera
-    window : Window
     """
     drawn: NDArray[np.uint8] | NDArray[np.float32]
     if isinstance(renderer, Multisampling):

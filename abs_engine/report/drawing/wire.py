@@ -36,9 +36,6 @@ def draw_wire(
     ----------
     picture : (H, W, 3) uint8 RGB
         Of the view's window.
-    renderer : Renderer
-    surface : Surface
-    view : View
     edges : (F, 3) bool
         Edges to draw, by the corner opposite to them.
     width : float

@@ -35,8 +35,6 @@ def render_to_file(request: Request, renderer: Renderer, progress: Progress | No
 
     Parameters
     ----------
-    request : Request
-    renderer : Renderer
     progress : callable, optional
         Called with the number of pictures done and of all.
 

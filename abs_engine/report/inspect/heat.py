@@ -105,8 +105,6 @@ def heat_map(
 
     Parameters
     ----------
-    renderer : Renderer
-    body : Body
     values : (V,) float64
     size : tuple of int
         Width and height of each view, pixels.

@@ -43,7 +43,6 @@ class LabelFrame:
 
     Parameters
     ----------
-    caption : str
     ids : (H, W) int
         Facet index + 1; 0 where the head is not seen.
     others : mapping of str to callable
@@ -93,7 +92,6 @@ class LabelPainter:
     ----------
     kind : str
         One of `LABELS`.
-    speaker : Speaker
     limits : tuple of float
         Of depth, mm; of flow, 0 and the largest length in pixels.
     """

@@ -32,7 +32,6 @@ class Film:
     Parameters
     ----------
     frames : iterable of (H, W, 3) uint8 RGB
-    count : int
     rate : float
         Frames per second.
     """
@@ -70,8 +69,6 @@ def presented(
 
     Parameters
     ----------
-    request : Request
-    film : bool
     count : int
         How many frames there are.
     rate : float

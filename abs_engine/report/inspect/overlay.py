@@ -36,8 +36,6 @@ class OverlayPainter:
 
     Parameters
     ----------
-    renderer : Renderer
-    run : RunHead
     style : str
         One of `STYLES`.
     palette : str

@@ -53,13 +53,10 @@ class Request:
         A key of `CHOICES`.
     output : Path
         A new ``.png`` or ``.mp4``.
-    run, truth, video, values, speaker : Path, optional
     clip, camera : str, optional
         Names that the truth's path leaves open.
-    person : str
     units : mapping of str to float
         Posture, weights of face units by name.
-    palette : str, optional
     crop : {"head", "mouth"}, optional
         By default the mouth for modes, else the head.
     size : tuple of int, optional
@@ -72,12 +69,10 @@ class Request:
         Of the face unit in a posture.
     modes : int, optional
         Show so many modes of the mouth's shape model instead.
-    columns : int, optional
     views : int, optional
         Of a turntable.
     style : str
         Of an overlay.
-    frame : int, optional
     largest : float, optional
         End of a colour scale.
     limits : tuple of float, optional

@@ -25,7 +25,6 @@ def find_video(run: RunHead, given: Path | None, beside: Path | None = None) -> 
 
     Parameters
     ----------
-    run : RunHead
     given : Path, optional
         The video itself.
     beside : Path, optional
@@ -53,7 +52,6 @@ def check_video(video: Path, size: tuple[int, int], frames: int, wanted: str | N
 
     Parameters
     ----------
-    video : Path
     size : tuple of int
         Width and height of the tracked pictures.
     frames : int

@@ -30,12 +30,8 @@ class RunHead:
 
     Parameters
     ----------
-    folder : Path
-    speaker : Speaker
     arrays : dict
         See `abs_engine.tracking.record.Record`.
-    mesh : RunMesh
-    camera : Camera
     """
 
     folder: Path

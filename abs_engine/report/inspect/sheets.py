@@ -31,7 +31,6 @@ class Look:
 
     Parameters
     ----------
-    renderer : Renderer
     size : tuple of int
         Width and height of one picture, pixels.
     palette : str
@@ -62,7 +61,6 @@ class Row:
 
     Parameters
     ----------
-    name : str
     delta : (V, 3) float64, mm at 1
     """
 
@@ -116,7 +114,6 @@ def nomogram(
 
     Parameters
     ----------
-    look : Look
     body : Body
         What every value adds to.
     rows : sequence of Row

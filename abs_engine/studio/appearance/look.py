@@ -22,7 +22,6 @@ class LightKey:
     ----------
     time : float
         Seconds.
-    intensity : float, optional
     direction, colour : tuple of float, optional
     """
 
@@ -41,10 +40,8 @@ class Light:
     direction : tuple of float
         In which its light travels, world frame (the head's at rest: x to the subject's left, y
         up, z out of the face); any length.
-    intensity : float
     colour : tuple of float
         Linear RGB.
-    name : str
     keys : tuple of LightKey
         How it changes; between them it changes linearly.
 
@@ -103,10 +100,8 @@ class Look:
         Share of the albedo that is seen everywhere.
     roughness : float
         Of the skin, 0 to 1.
-    background : Background
     shirt : tuple of float, optional
         Linear RGB of the shirt; None films the head alone.
-    sensor : Sensor
     """
 
     lights: tuple[Light, ...] = (KEY, FILL)

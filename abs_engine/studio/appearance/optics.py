@@ -108,8 +108,6 @@ def backdrop(camera: Camera, background: Background, seed: int = 0) -> Float32Ar
 
     Parameters
     ----------
-    camera : Camera
-    background : Background
     seed : int
         Of the clutter.
 

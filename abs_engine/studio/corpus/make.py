@@ -35,7 +35,6 @@ def speak_corpus(
 
     Parameters
     ----------
-    speaker : Speaker
     neutral : (M, 3) float32, mm, head frame
         The person at rest: one of the speaker's (`Speaker.named`), or any other of its mesh.
     visemes : sequence of str

@@ -42,7 +42,6 @@ def random_person(speaker: Speaker, rng: np.random.Generator, name: str = "") ->
 
     Parameters
     ----------
-    speaker : Speaker
     rng : numpy.random.Generator
         The same state gives the same person.
     name : str, optional

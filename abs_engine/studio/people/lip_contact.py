@@ -16,7 +16,6 @@ def widest_gap(speaker: Speaker, vertices: NDArray[np.floating]) -> float:
 
     Parameters
     ----------
-    speaker : Speaker
     vertices : (V, 3) float32, mm, head frame
 
     Returns

@@ -23,7 +23,6 @@ class Person:
 
     Parameters
     ----------
-    name : str
     base : str
         One of `speaker.people`: gives the texture that is painted over and, unless `identity`
         has a macro target, the shape that is started from.

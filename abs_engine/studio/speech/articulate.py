@@ -78,10 +78,8 @@ def articulate(
 
     Parameters
     ----------
-    speaker : Speaker
     neutral : (V, 3) float32, mm, head frame
         The person's neutral vertices.
-    utterance : Utterance
     rate : float
         Frames per second.
 

@@ -81,7 +81,6 @@ def play_recording(recording: Recording, unit_names: tuple[str, ...], rate: floa
 
     Parameters
     ----------
-    recording : Recording
     unit_names : tuple of str
         Order of the weights that is wanted.
     rate : float

@@ -28,15 +28,12 @@ class Phoneme:
         Of a consonant; else 'vowel' or 'pause'.
     manner : str
         Of a consonant; else 'vowel' or 'pause'.
-    voiced : bool
     height : float
         Of a vowel: 0 open, 1 close.
     backness : float
         Of a vowel: 0 front, 1 back.
     rounding : float
         Of the lips, 0 to 1; also that of a labialised consonant.
-    palatalised : bool
-    rhotic : bool
     reduced : bool
         A vowel without a target of its own, as the first of 'about'.
     nasal : bool

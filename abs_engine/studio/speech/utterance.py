@@ -39,7 +39,6 @@ class Segment:
 
     Parameters
     ----------
-    phoneme : Phoneme
     start, end : float
         Seconds.
     """
@@ -117,7 +116,6 @@ def parse_phonemes(text: str, alphabet: Alphabet = "x-sampa") -> Utterance:
 
     Parameters
     ----------
-    text : str
     alphabet : {"x-sampa", "ipa", "arpabet"}
 
     Returns
