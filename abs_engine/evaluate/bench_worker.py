@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -102,9 +103,6 @@ class PyrenderWorker:
         self._process.kill()
         self._process.wait()
         self._stdout.close()
-        try:
+        with suppress(BrokenPipeError):  # a request was still in the buffer
             self._stdin.close()
-        except BrokenPipeError:  # a request was still in the buffer
-            pass
-        finally:
-            self._complaints.close()
+        self._complaints.close()

@@ -10,12 +10,12 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
 from abs_engine.core import errors
-from abs_engine.core.errors import AbsEngineError, StudioError
+from abs_engine.core.errors import StudioError
 from abs_engine.io.assets import Speaker
 from abs_engine.io.naming import WHOLE
 from abs_engine.studio.chunk import Job, film_chunk
@@ -119,7 +119,8 @@ def film_apart(
         while busy:
             film, message = told.get()
             if "error" in message:
-                raise _error(message["error"])
+                name, problem, remedy = message["error"]
+                raise getattr(errors, name, StudioError)(problem, remedy)
             if "frame" in message:
                 advance()
                 continue
@@ -141,12 +142,6 @@ def _next(left: list[Job], film: _Film, films: list[_Film]) -> Job:
     job = min(left, key=cost)
     left.remove(job)
     return job
-
-
-def _error(told: list[str]) -> AbsEngineError:
-    """An error as a process reported it: name of the class, problem, remedy."""
-    kind = getattr(errors, told[0], StudioError)
-    return kind(told[1], told[2])
 
 
 class _Film:
@@ -171,6 +166,8 @@ class _Film:
             env=_environment(),
             text=True,
         )
+        self._jobs: Any = self._process.stdin
+        self._said: Any = self._process.stdout
         self._reader = threading.Thread(target=self._listen, daemon=True)
         self._reader.start()
 
@@ -178,13 +175,13 @@ class _Film:
         """Film a chunk; a process that has ended says so through `told`."""
         self.job = job
         try:
-            _open_pipe(self._process.stdin).write(json.dumps(vars(job)) + "\n")
-            _open_pipe(self._process.stdin).flush()
+            self._jobs.write(json.dumps(vars(job)) + "\n")
+            self._jobs.flush()
         except OSError:
             return
 
     def _listen(self) -> None:
-        for line in _open_pipe(self._process.stdout):
+        for line in self._said:
             self._told.put((self, json.loads(line)))
         code = self._process.wait()
         self._complaints.seek(0)
@@ -200,22 +197,12 @@ class _Film:
     def __exit__(self, *_: object) -> None:
         if self.job is not None:  # in the middle of something
             self._process.kill()
-        for pipe in (self._process.stdin, self._process.stdout):
-            try:
-                if pipe is self._process.stdout:
-                    self._reader.join()
-                _open_pipe(pipe).close()
-            except BrokenPipeError:  # a job was still in the buffer
-                continue
+        with suppress(BrokenPipeError):  # a job was still in the buffer
+            self._jobs.close()
+        self._reader.join()
+        self._said.close()
         self._process.wait()
         self._complaints.close()
-
-
-def _open_pipe(pipe: Any) -> Any:
-    """The pipe of a process that was started with one."""
-    if pipe is None:
-        raise StudioError("a film process has no pipe", _REMEDY)
-    return pipe
 
 
 def _environment() -> dict[str, str]:

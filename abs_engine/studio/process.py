@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -78,7 +78,7 @@ class Worker:
             If the process has ended.
         """
         try:
-            send(self._process.stdin, arrays)  # type: ignore[arg-type]
+            send(self._requests, arrays)
         except OSError as error:
             raise self._failure() from error
 
@@ -91,7 +91,7 @@ class Worker:
             If the process has ended.
         """
         try:
-            return receive(self._process.stdout)  # type: ignore[arg-type]
+            return receive(self._answers)
         except (OSError, EOFError) as error:
             raise self._failure() from error
 
@@ -99,12 +99,9 @@ class Worker:
         """End the process and wait for it."""
         self._process.kill()
         self._process.wait()
-        for pipe in (self._process.stdin, self._process.stdout):
-            if pipe is not None:
-                try:
-                    pipe.close()
-                except BrokenPipeError:  # a request was still in the buffer
-                    continue
+        with suppress(BrokenPipeError):  # a request was still in the buffer
+            self._requests.close()
+        self._answers.close()
         self._files.close()
 
     def __enter__(self) -> Worker:
@@ -123,6 +120,8 @@ class Worker:
             stderr=self._complaints,
             env=worker_environment(platform),
         )
+        self._requests: Any = self._process.stdin
+        self._answers: Any = self._process.stdout
 
     def _failure(self) -> StudioError:
         """Error to raise once the process does not answer any more."""
