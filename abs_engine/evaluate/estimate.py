@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.io.assets import CLOSED_APERTURE
+from abs_engine.tracking.run_mesh import LinearSurface
 
 Areas = Mapping[str, NDArray[np.int32]]
 
@@ -19,18 +20,6 @@ NORMAL_95 = 1.959963984540054
 """Half the width of a normal distribution's central 95 %, in standard deviations."""
 
 ClosedBy = Literal["own", "aperture", "picture"]
-
-
-class Surface(Protocol):
-    """A mesh over time, on the vertices of the truth."""
-
-    def vertices(self, frame: int) -> FloatArray:
-        """Vertices (V, 3), mm, head frame; NaN in a lost frame."""
-        ...
-
-    def points(self, vertex: NDArray[np.integer[Any]]) -> FloatArray:
-        """Paths (T, N, 3), mm, head frame, of some vertices (N,); NaN in lost frames."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +76,7 @@ class Estimate:
         Landmarks in the picture; NaN for points that are not given.
     intervals : mapping of str to (lower, upper)
         95 % intervals of a curve or of a track's points, of the same shape.
-    surface : Surface, optional
+    surface : LinearSurface, optional
         The whole mesh, for error maps.
     """
 
@@ -103,7 +92,7 @@ class Estimate:
     closed_by: ClosedBy = "own"
     pixels: FloatArray | None = None
     intervals: Mapping[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
-    surface: Surface | None = None
+    surface: LinearSurface | None = None
 
     def __len__(self) -> int:
         """Return the number of frames, T."""
@@ -163,7 +152,7 @@ def check_run(run: Mapping[str, NDArray[Any]], frames: int, vertices: int) -> No
 
 
 def of_run(
-    name: str, run: Mapping[str, NDArray[Any]], surface: Surface | None, areas: Areas
+    name: str, run: Mapping[str, NDArray[Any]], surface: LinearSurface | None, areas: Areas
 ) -> Estimate:
     """The engine's own run as an estimate.
 
@@ -172,7 +161,7 @@ def of_run(
     run : mapping of str to array
         As `load_run` gives it. Arrays `X_sd`, or `X_lower` and `X_upper`, of an array `X`
         (`lip_points`, which may be called `lip`, `aperture`, `width`) are its 95 % intervals.
-    surface : Surface, optional
+    surface : LinearSurface, optional
         The run's mesh.
     areas : mapping of str to vertex indices
         Lists on the mesh that are tracks of their own.
