@@ -14,9 +14,8 @@ from abs_engine.report.inspect.heads import (
     draw_turntable,
 )
 from abs_engine.report.inspect.label_kinds import draw_label
-from abs_engine.report.inspect.labels import LABELS
 from abs_engine.report.inspect.output import Film, Progress, is_film, write_film, write_picture
-from abs_engine.report.inspect.request import Request
+from abs_engine.report.inspect.request import LABEL_KINDS, Request
 from abs_engine.report.inspect.run_kinds import draw_error, draw_overlay
 
 _KINDS: dict[str, Callable[[Request, Renderer, bool, Progress | None], Image | Film]] = {
@@ -26,7 +25,7 @@ _KINDS: dict[str, Callable[[Request, Renderer, bool, Progress | None], Image | F
     "nomogram": draw_nomogram,
     "overlay": draw_overlay,
     "error": draw_error,
-    **dict.fromkeys(LABELS, draw_label),
+    **dict.fromkeys(LABEL_KINDS, draw_label),
 }
 
 

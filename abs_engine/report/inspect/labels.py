@@ -33,7 +33,6 @@ MOST = 0.98
 """Share of the flow within its scale: a blink is long, and would leave all else pale."""
 LEAST_FLOW = 0.1  # px, at the end of its scale
 
-LABELS = ("ids", "classes", "depth", "normals", "albedo", "flow")
 DEPTH_COLOURS = colours_of("viridis_r")
 
 
@@ -91,7 +90,7 @@ class LabelPainter:
     Parameters
     ----------
     kind : str
-        One of `LABELS`.
+        One of `request.LABEL_KINDS`.
     limits : tuple of float
         Of depth, mm; of flow, 0 and the largest length in pixels.
     """
