@@ -26,7 +26,7 @@ def say(text, speaker, person, camera, *, rate=25.0, frames=None, seed=0):
     gaps = [widest_gap(speaker, neutral + deform(speaker, row)) for row in weights]
     closed = np.array(gaps) < CLOSED_BELOW
     return Sequence(
-        person, text, rate, weights, rotations, translations, talk.visemes, closed, talk.intervals
+        person, text, rate, weights, rotations, translations, talk.phonemes, closed, talk.intervals
     )
 
 

@@ -24,7 +24,7 @@ from abs_engine.studio.cast import NO_DOTS, Cast
 from abs_engine.studio.dressing import shirt
 from abs_engine.studio.make import Crew, Filmed, Order, make
 from abs_engine.studio.plan import ClipPlan, View, vectors
-from abs_engine.studio.resolve import plan_clip
+from abs_engine.studio.resolve import lights_at, plan_clip
 from abs_engine.studio.scenefile import SceneFile, check_size, complete, scene_text
 from abs_engine.studio.sequence import Sequence
 
@@ -108,7 +108,6 @@ def plan_of(
     times = np.arange(len(sequence)) / sequence.rate
     rotations, translations = vectors(heads)
     view_rotations, view_translations = vectors([stands])
-    lights = [lamp.at(times) for lamp in look.lights]
     plan = ClipPlan(
         name="clip",
         person=sequence.person,
@@ -126,7 +125,7 @@ def plan_of(
         translations=translations,
         phonemes=sequence.visemes,
         intervals=sequence.intervals,
-        lights=np.stack(lights, axis=1) if lights else np.zeros((len(times), 0, 7)),
+        lights=lights_at(look.lights, times),
         ambient=look.ambient,
         roughness=look.roughness,
         views=(

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.scenefile import ClipEntry
-from abs_engine.studio.sequence import check_length, expression, utter
+from abs_engine.studio.sequence import Performance, check_length, expression, utter
 from abs_engine.studio.speech import (
     Speech,
     articulate,
@@ -27,30 +26,6 @@ from abs_engine.studio.speech.phonemes import PAUSE
 
 _log = logging.getLogger(__name__)
 DEFAULT_SENTENCE = "demo"
-
-
-@dataclass(frozen=True, eq=False)
-class Performance:
-    """Face units and speech, frame by frame.
-
-    Parameters
-    ----------
-    text : str
-        What is said, as the scene file has it, and whether it is cut.
-    weights : (T, 52) float64
-    phonemes : tuple of str
-        One for each frame.
-    intervals : tuple of (str, float, float)
-        Label, start and end in seconds.
-    turns : (T, 3) float64, optional
-        Rotation vectors of a recorded head, head frame at rest.
-    """
-
-    text: str
-    weights: FloatArray
-    phonemes: tuple[str, ...]
-    intervals: tuple[tuple[str, float, float], ...]
-    turns: FloatArray | None = None
 
 
 def perform(
@@ -123,8 +98,7 @@ def _say(
         return _spoken("(recording)", play_recording(recording, speaker.unit_names, rate))
     text = DEFAULT_SENTENCE if entry.sentence is None else entry.sentence
     frames = None if entry.frames is None else max(1, entry.frames // entry.repeat)
-    talk = utter(text, speaker, neutral, rate, frames)
-    return Performance(text, talk.weights, talk.visemes, talk.intervals)
+    return utter(text, speaker, neutral, rate, frames)
 
 
 def _warn_of_words(text: str, entry: ClipEntry) -> None:

@@ -24,7 +24,6 @@ from abs_engine.studio.scenefile import (
     CameraEntry,
     ClipEntry,
     EventEntry,
-    LightEntry,
     SceneFile,
     pick,
 )
@@ -63,7 +62,10 @@ def plan_clip(
     events = pick("event", scene.event, entry.events, where)
     heads = head_poses(entry.motion, times, rng, said.turns, _leaving(events, times))
     rotations, translations = vectors(heads)
-    lamps = pick("light", scene.light, entry.lights, where)
+    lamps = [
+        Light(lamp.direction, lamp.intensity, lamp.colour, lamp.name, lamp.keys)
+        for lamp in pick("light", scene.light, entry.lights, where)
+    ]
     plan = ClipPlan(
         name=entry.name, person=entry.speaker, sentence=said.text,
         command=command, seed=scene.seed, number=number,
@@ -84,12 +86,9 @@ def plan_clip(
     return plan
 
 
-def lights_at(lamps: Iterable[LightEntry], times: FloatArray) -> FloatArray:
+def lights_at(lamps: Iterable[Light], times: FloatArray) -> FloatArray:
     """Direction, intensity and RGB of lamps at times (T,), as (T, L, 7)."""
-    rows = [
-        Light(lamp.direction, lamp.intensity, lamp.colour, lamp.name, lamp.keys).at(times)
-        for lamp in lamps
-    ]
+    rows = [lamp.at(times) for lamp in lamps]
     return np.stack(rows, axis=1) if rows else np.zeros((len(times), 0, 7))
 
 

@@ -67,21 +67,27 @@ class Sequence:
 
 
 @dataclass(frozen=True, eq=False)
-class Talk:
-    """A sentence of visemes, frame by frame.
+class Performance:
+    """Face units and speech, frame by frame.
 
     Parameters
     ----------
+    text : str
+        What is said, as the scene file has it, and whether it is cut.
     weights : (T, 52) float64
-    visemes : tuple of str
-        The nearest viseme of each frame.
+    phonemes : tuple of str
+        One for each frame; of a sentence of visemes, the nearest viseme.
     intervals : tuple of (str, float, float)
-        Visemes, and when each begins and ends, seconds.
+        Label, start and end in seconds.
+    turns : (T, 3) float64, optional
+        Rotation vectors of a recorded head, head frame at rest.
     """
 
+    text: str
     weights: FloatArray
-    visemes: tuple[str, ...]
+    phonemes: tuple[str, ...]
     intervals: tuple[tuple[str, float, float], ...]
+    turns: FloatArray | None = None
 
 
 def utter(
@@ -90,7 +96,7 @@ def utter(
     neutral: NDArray[np.floating],
     rate: float,
     frames: int | None = None,
-) -> Talk:
+) -> Performance:
     """Face units of a sentence of visemes of a person.
 
     Parameters
@@ -132,7 +138,7 @@ def utter(
         if viseme.name in "pbm" and np.ceil(start * rate) >= np.ceil(end * rate):
             nearest = np.abs(times - (start + end) / 2).argmin()
             weights[nearest] = viseme.weights(speaker.unit_names)
-    return Talk(weights, _nearest(visemes, spoken), intervals)
+    return Performance(text, weights, _nearest(visemes, spoken), intervals)
 
 
 def _at_teeth(viseme: Viseme, speaker: Speaker, neutral: NDArray[np.floating]) -> Viseme:
