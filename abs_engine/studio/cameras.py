@@ -140,11 +140,8 @@ def glass(entry: MirrorEntry, name: str) -> FloatArray:
 def check_view(plan: ClipPlan, view: View) -> None:
     """Raise `ParameterError` if a camera cannot film a clip.
 
-    Raises
-    ------
-    ParameterError
-        If it is inside the head or the shirt at some time, too far for the depth labels, or the
-        head reaches behind its mirror.
+    It is inside the head or the shirt at some time, too far for the depth labels, or the head
+    reaches behind its mirror.
     """
     poses = [plan.pose(view, frame) for frame in range(len(plan))]
     _check_free(plan, view, plan.neutral, poses, "head")
