@@ -43,7 +43,7 @@ def _curve(estimate: Estimate, name: str) -> Series:
 
 
 def _head(estimate: Estimate, played: int) -> Head | None:
-    surface: Any = estimate.surface
+    surface = estimate.surface
     if surface is None:
         return None
     motion = LinearSurface(

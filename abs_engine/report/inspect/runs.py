@@ -72,8 +72,7 @@ class RunHead:
         ParameterError
             If it was not found there.
         """
-        self.check(frame)
-        if not self.found(frame):
+        if not self.found(checked_frame(frame, len(self))):
             raise ParameterError(f"the head was not found in frame {frame}", "give another frame")
         return Body(self.speaker, self.mesh.vertices(frame))
 
@@ -81,10 +80,6 @@ class RunHead:
         """Picture of the run's camera, drawn `scale` times as large."""
         pose = Pose.from_vectors(self.arrays["rotation"][frame], self.arrays["translation"][frame])
         return View(self.camera, pose, Window(0, 0, *self.camera.size, scale))
-
-    def check(self, frame: int) -> int:
-        """The frame itself, if there is such a frame; else `ParameterError`."""
-        return checked_frame(frame, len(self))
 
 
 def load_run_head(folder: Path, speaker: Speaker) -> RunHead:

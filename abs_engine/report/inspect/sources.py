@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.core.kinds import checked_frame
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset import Truth
 from abs_engine.evaluate.clip_views import found_truth
@@ -54,7 +55,7 @@ def run_labels(renderer: Renderer, run: RunHead) -> LabelSource:
     """Labels of the tracked head, as the run's camera saw it; none where it was not found."""
 
     def frame(number: int) -> LabelFrame:
-        caption = frame_caption(number, float(run.times[run.check(number)]))
+        caption = frame_caption(number, float(run.times[checked_frame(number, len(run))]))
         if run.found(number):
             return drawn_labels(renderer, run.body(number), run.view(number), caption)
         none = np.zeros(run.camera.size[::-1], np.int32)
