@@ -66,24 +66,7 @@ def test_the_average_head_has_its_pupils_as_far_apart():
 
 def test_an_unknown_person_is_expected_between_an_artists_head_and_people():
     moved = average_person().vertices - SPEAKER.vertices
-    far = np.linalg.norm(V - V[SPEAKER.lip_ring].mean(axis=0), axis=1) > 70
-    assert far.sum() > 1000
-    np.testing.assert_allclose(moved[far], SHAPE.scanned * fields()[0][far], atol=1e-3)
-
-
-def test_the_lips_of_an_unknown_person_are_expected_as_high_as_peoples():
-    def heights(vertices):
-        line = {n: vertices[i] for n, i in SPEAKER.landmarks.items()}
-        outer = line["outer_lip"][np.abs(line["outer_lip"][:, 0]) < 4, 1]
-        upper, lower = (
-            np.median(part[np.abs(part[:, 0]) < 3, 1])
-            for part in (line["inner_lip_upper"], line["inner_lip_lower"])
-        )
-        return np.array([outer.max() - upper, lower - outer.min()])
-
-    people = heights(V + fields()[0])
-    assert (heights(V) > people + 1.0).all()
-    np.testing.assert_allclose(heights(average_person().vertices), people, atol=0.15)
+    np.testing.assert_allclose(moved, SHAPE.scanned * fields()[0], atol=1e-4)
 
 
 def test_noses_of_people_stand_out_farther_than_the_artists():

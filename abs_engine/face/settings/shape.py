@@ -77,14 +77,6 @@ class ShapeSettings:
         the other. Chosen of 0, 0.3 and 0.5 on eight films of ICT's heads (seed 1), whose rotation
         is off by 1.6, 1.4 and 1.4 degrees, and on six films of the bundled people as unknown, whose
         lips are off by 2.7, 2.8 and 2.9 mm.
-    scanned_lips : float, mm
-        From the lips' outline, over which an unknown person's average head goes from that of the
-        scans to `scanned` of it: scans' lips are 8.8 and 9.8 mm high, the artist's 10.0 and 11.5.
-        Chosen, to do so or not, on edges of lips that were read by eye in p01 to p08 of the
-        strangers' clips: the upper lip's lower edge lies 0.6 mm too low instead of 0.7, the lower
-        lip's lower edge 1.5 instead of 1.6, the others 0.1 mm farther off; in p09 to p16 0.4
-        instead of 0.5, 0.7 instead of 0.9, and one of the others is nearer. Apertures of eight
-        films of other heads (seed 5) are off by 0.77 mm instead of 0.81. How far: not measured.
     identity_modes : int
         Directions of targets, smooth fields and people's components together that are kept.
         Measured: they hold 98 % of the variance that proportions leave of the first two, 99 % of
@@ -193,7 +185,6 @@ class ShapeSettings:
     mouth_target: float = 0.5
     lip_target: float = 0.6
     scanned: float = 0.3
-    scanned_lips: float = 10.0
     identity_modes: int = 96
     head_breadth: float = 5.4
     head_length: float = 7.1

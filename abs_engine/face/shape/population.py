@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from abs_engine.core.threads import kept
 from abs_engine.face.settings.shape import SHAPE
@@ -79,24 +78,14 @@ def load_population() -> Population:
 def average_person() -> Speaker:
     """The bundled head, moved a share `SHAPE.scanned` of the way to people's average head.
 
-    Its lips are moved all of the way: the artist's are thicker than people's.
-
     Raises
     ------
     InputFileError, ModelFormatError
         As `load_population`.
     """
     speaker = load_speaker()
-    share = SHAPE.scanned + (1 - SHAPE.scanned) * _of_the_lips(speaker)
-    moved = share[:, None] * load_population().mean.astype(np.float32)
+    moved = np.float32(SHAPE.scanned) * load_population().mean.astype(np.float32)
     return replace(speaker, vertices=speaker.vertices + moved)
-
-
-def _of_the_lips(speaker: Speaker) -> NDArray[np.float32]:
-    """Share (V,) in which each vertex belongs to the lips: 1 at their outline, 0 far from it."""
-    outline = speaker.vertices[speaker.landmarks["outer_lip"]]
-    away, _ = cKDTree(outline).query(speaker.vertices)
-    return np.asarray(np.exp(-0.5 * (away / SHAPE.scanned_lips) ** 2), np.float32)
 
 
 def expected(speaker: Speaker) -> bool:
