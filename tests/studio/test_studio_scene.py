@@ -1,4 +1,7 @@
-"""Scenes filmed whole: several cameras and processes, and what happens when it is interrupted."""
+"""Scenes filmed whole: several cameras and processes, and what happens when it is interrupted.
+
+Chunks are of 20 frames, that a clip of 24 has two of them; in the processes that film as well.
+"""
 
 from __future__ import annotations
 
@@ -16,10 +19,10 @@ import pytest
 from abs_engine.cli import main
 from abs_engine.core.clock import Clock, cost_lines
 from abs_engine.core.errors import OutputError, StudioError
-from abs_engine.dataset import load_dataset
+from abs_engine.dataset import card, codec, load_dataset, offsets
 from abs_engine.evaluate.check import check_dataset
 from abs_engine.io.naming import partial_of
-from abs_engine.studio import filming
+from abs_engine.studio import chunk, filming, make
 from abs_engine.studio.chunk import Job, jobs_of
 from abs_engine.studio.journal import Journal
 from abs_engine.studio.make import Crew
@@ -48,19 +51,19 @@ sensor = { bands = 4 }
 [[occluder]]
 kind = "microphone"
 start = 0.1
-end = 4.0
+end = 0.8
 travel = 0.2
 [[event]]
 kind = "leave"
-start = 4.0
-end = 5.5
+start = 0.8
+end = 2.3
 direction = [-1, 0, 0]
 cameras = ["front"]
 [[clip]]
 name = "say"
 speaker = "kofi"
 say = "_ m A: p a _"
-frames = 104
+frames = 24
 cameras = ["front"]
 [[clip]]
 name = "two"
@@ -68,13 +71,37 @@ sentence = "demo"
 frames = 4
 """
 
+FEW = 20
+SHORTEN = f"""
+import sys
+if not sys.orig_argv[-1].endswith("worker.py"):  # which draws, and knows no chunks
+    from abs_engine.dataset import card, codec, offsets
+    from abs_engine.studio import chunk, make
+    for module in (card, codec, offsets, chunk, make):
+        module.CHUNK = {FEW}
+"""
+"""Executed by every Python process before all else."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def short_chunks(tmp_path_factory):
+    """A fifth of the usual frames in a chunk, here and in processes that are started here."""
+    folder = tmp_path_factory.mktemp("site")
+    (folder / "sitecustomize.py").write_text(SHORTEN)
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (card, codec, offsets, chunk, make):
+            patch.setattr(module, "CHUNK", FEW)
+        patch.setenv("PYTHONPATH", str(ROOT), prepend=os.pathsep)
+        patch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
+        yield
+
 
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory):
     """Filmed by two processes."""
     folder = tmp_path_factory.mktemp("scene") / "data"
     done = filming.film_scene(parse_scene(SCENE), folder, command="it", crew=Crew(2))
-    assert (done.folder, done.frames, done.resumed) == (folder, 112, 0)
+    assert (done.folder, done.frames, done.resumed) == (folder, 32, 0)
     assert {"draw", "png", "labels", "video"} <= set(done.seconds)
     assert [p.name for p in folder.parent.iterdir()] == ["data"]
     return folder
@@ -82,6 +109,7 @@ def dataset(tmp_path_factory):
 
 def test_every_clip_and_camera_is_there(dataset):
     data = load_dataset(dataset, verify=True)
+    assert len(list((dataset / "say" / codec.VERTICES).iterdir())) == 2
     assert data.views == (("say", "front"), ("two", "front"), ("two", "glass"))
     assert parse_scene((dataset / "scene.toml").read_text()).clip[0].name == "say"
     cost = json.loads((dataset / "timing.json").read_text())["milliseconds_per_frame"]
@@ -98,12 +126,12 @@ def test_what_stands_before_the_mouth_hides_it(dataset):
     lips = [56, 57, 58]  # the lower one
     assert truth.landmark_visible[0][lips].all()
     assert not (truth.cover(0) == 2).any()
-    assert not truth.landmark_visible[40][lips].any()
-    covered = truth.cover(40) == 2
+    assert not truth.landmark_visible[12][lips].any()
+    covered = truth.cover(12) == 2
     assert covered.sum() > 100
-    assert (truth.facet_ids(40)[covered] == 0).all()
-    assert truth.in_picture[40]
-    assert not truth.flow(103)[1].any()
+    assert (truth.facet_ids(12)[covered] == 0).all()
+    assert truth.in_picture[12]
+    assert not truth.flow(23)[1].any()
 
 
 def test_a_mirror_shows_the_head_twice(dataset):
@@ -144,7 +172,7 @@ def test_interrupted_and_given_again_it_goes_on_to_the_same_pixels_as_with_two_p
         filming.film_scene(parse_scene(SCENE.replace("seed = 5", "seed = 6")), tmp_path / "data")
     assert first.stat().st_mtime_ns == before
     assert main(words) == 0
-    assert "100 of 112 frames were there from before" in capsys.readouterr().out
+    assert "20 of 32 frames were there from before" in capsys.readouterr().out
     assert sorted(p.name for p in tmp_path.iterdir()) == ["data", "s.toml"]
     same_files(dataset, tmp_path / "data")
 
@@ -200,7 +228,7 @@ def test_a_film_process_that_dies_is_one_line(tmp_path):
 
 
 def test_jobs_are_chunks_and_each_process_stays_with_its_camera():
-    jobs = jobs_of([(250, 2), (100, 1)])
+    jobs = jobs_of([(FEW * 5 // 2, 2), (FEW, 1)])
     assert len(jobs) == 7
     assert [job.chunk for job in jobs] == [0, 1, 2, 0, 1, 2, 0]
 
