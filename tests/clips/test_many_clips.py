@@ -17,6 +17,7 @@ from distributed import Client, KilledWorker, LocalCluster
 from drawn import lit
 from heads import seen_at
 from runs import write_kind
+from short import Threads
 
 from abs_engine.cli import main
 from abs_engine.cli.parts.command import Done
@@ -256,6 +257,13 @@ def tracked(tmp_path_factory):
     return folder, words
 
 
+@pytest.fixture
+def in_threads(monkeypatch):
+    """Workers in this process, where no clip is tracked: a process takes seconds to begin."""
+    monkeypatch.setattr("distributed.LocalCluster", Threads)
+    monkeypatch.setattr("abs_engine.clips.worker.keep_to_one_core", lambda: None)
+
+
 @pytest.mark.slow
 def test_a_clip_that_fails_stops_no_other(tracked):
     folder, _ = tracked
@@ -302,6 +310,7 @@ def test_pictures_are_said_to_be_clips_of_their_own(tmp_path, monkeypatch, capsy
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_threads")
 def test_other_options_for_the_same_folder_leave_its_table_as_it_was(tracked, capsys):
     folder, words = tracked
     before = contents(folder / "runs")
@@ -312,6 +321,7 @@ def test_other_options_for_the_same_folder_leave_its_table_as_it_was(tracked, ca
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_threads")
 def test_the_same_again_keeps_runs_that_were_moved_but_not_as_those_of_another_clip(
     tracked, tmp_path, capsys
 ):
