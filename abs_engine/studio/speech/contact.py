@@ -182,5 +182,5 @@ class ContactSolver:
 
     def _pattern(self, names: tuple[str, ...]) -> FloatArray:
         """Matrix (52, N) from the named movements to the units."""
-        both = [[unit in units_of(n) for n in names] for unit in self.unit_names]
-        return np.array(both, np.float64)
+        moved = [units_of(name) for name in names]
+        return np.array([[unit in one for one in moved] for unit in self.unit_names], np.float64)
