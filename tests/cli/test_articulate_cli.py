@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from made_visemes import GROUPS, NAMES, visemes
 from marker_files import write_c3d, write_long, write_wide
+from short import first_figure
 
 import abs_engine
 from abs_engine.capture.corpus import Corpus
@@ -18,6 +19,7 @@ from abs_engine.core.errors import InputFileError, ParameterError, TooFewPointsE
 from abs_engine.core.provenance import described
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
 from abs_engine.learn.articulatory import leave_out_in_turn, left_out_errors
+from abs_engine.report.articulation import report
 from abs_engine.report.articulation.applied import Applied
 from abs_engine.report.articulation.predictor_file import predictors_text, read_predictors
 
@@ -57,6 +59,12 @@ def written(folder: Path, points: np.ndarray, kind: str = "csv") -> list[str]:
     ]  # fmt: skip
 
 
+@pytest.fixture
+def one_figure(monkeypatch):
+    """For models of which nothing unusual is drawn: they take most of their time to be drawn."""
+    monkeypatch.setattr(report, "figure_bytes", first_figure)
+
+
 @pytest.mark.parametrize("kind", ["c3d", "csv", "long.csv", "npz"])
 def test_a_model_of_recorded_points(tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str):
     own, points = recorded()
@@ -81,6 +89,7 @@ def test_a_model_of_recorded_points(tmp_path: Path, capsys: pytest.CaptureFixtur
         assert name in page
 
 
+@pytest.mark.usefixtures("one_figure")
 def test_a_saved_corpus_needs_no_table_and_gives_the_same(tmp_path: Path):
     words = written(tmp_path, recorded()[1])
     assert main(words) == 0
@@ -93,6 +102,7 @@ def test_a_saved_corpus_needs_no_table_and_gives_the_same(tmp_path: Path):
     np.testing.assert_array_equal(first.modes, second.modes)
 
 
+@pytest.mark.usefixtures("one_figure")
 def test_units_are_turned_into_millimetres(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     own, points = recorded()
     words = written(tmp_path, points / 1000, "npz")
@@ -105,6 +115,7 @@ def test_units_are_turned_into_millimetres(tmp_path: Path, capsys: pytest.Captur
     np.testing.assert_allclose(model.mean, own.mean(axis=0))
 
 
+@pytest.mark.usefixtures("one_figure")
 def test_missing_points_are_kept_out_or_imputed_by_name(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
@@ -285,6 +296,7 @@ def test_predictors_that_are_wrong_are_named(tmp_path: Path, old: str, new: str,
     assert said in str(error.value)
 
 
+@pytest.mark.usefixtures("one_figure")
 def test_a_model_refuses_what_does_not_fit(tmp_path: Path):
     own, points = recorded()
     assert main(written(tmp_path, points)) == 0
@@ -302,6 +314,7 @@ def test_of_many_visemes_several_are_left_out_at_once(tmp_path: Path, monkeypatc
     assert 0.05 < told["left_out_error_mm_median"] < 0.2
 
 
+@pytest.mark.usefixtures("one_figure")
 def test_points_elsewhere_than_the_model_s_are_warned_of(tmp_path: Path, capsys):
     words = written(tmp_path, recorded()[1])
     assert main(words) == 0
@@ -310,6 +323,7 @@ def test_points_elsewhere_than_the_model_s_are_warned_of(tmp_path: Path, capsys)
     assert "warning: the points lie far from the model's: name" in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("one_figure")
 def test_a_marker_that_flew_off_is_named_with_its_frame(tmp_path: Path, capsys):
     points = recorded()[1]
     assert main(written(tmp_path, points)) == 0
@@ -339,6 +353,7 @@ def test_points_in_a_smaller_unit_than_is_said_are_not_a_wild_marker(tmp_path: P
     check_refused(tmp_path, capsys, words, "mm or more from their middle; is --unit right?")
 
 
+@pytest.mark.usefixtures("one_figure")
 def test_a_table_may_have_capitals_but_no_semicolons(tmp_path: Path, capsys):
     words = written(tmp_path, recorded()[1])
     roles = tmp_path / "roles.csv"
@@ -350,6 +365,7 @@ def test_a_table_may_have_capitals_but_no_semicolons(tmp_path: Path, capsys):
     assert main(words) == 0
 
 
+@pytest.mark.usefixtures("one_figure")
 def test_a_model_gives_the_parameters_of_a_recording(tmp_path: Path, capsys):
     own, points = recorded()
     assert main(written(tmp_path, points)) == 0
@@ -386,6 +402,7 @@ def test_a_model_gives_the_parameters_of_a_recording(tmp_path: Path, capsys):
         (NAMES, np.full((4, 12, 3), np.nan), "no frame has enough points for 2 parameters"),
     ],
 )
+@pytest.mark.usefixtures("one_figure")
 def test_a_recording_that_does_not_fit_is_one_line(tmp_path, capsys, names, points, said):
     assert main(written(tmp_path, recorded()[1])) == 0
     capsys.readouterr()
@@ -407,6 +424,7 @@ def test_names_are_quoted_in_the_table_of_parameters():
     ]  # fmt: skip
 
 
+@pytest.mark.usefixtures("one_figure")
 def test_two_points_of_one_name_have_no_parameters(tmp_path: Path, capsys):
     own, points = recorded()
     assert main(written(tmp_path, points)) == 0
