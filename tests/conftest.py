@@ -13,6 +13,7 @@ import pytest
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from abs_engine.core.errors import OpenGLError
+from abs_engine.dataset import Truth, load_truth
 from abs_engine.render.context import GLContext
 from abs_engine.render.raster import OpenGLRenderer
 
@@ -20,24 +21,23 @@ TESTS = Path(__file__).parent
 FIRST = (
     "report/test_demo.py",
     "studio/test_studio_scene.py",
+    "report/test_report_browser.py",
+    "package/test_docs.py",
     "package/test_leaves.py",
     "package/test_packaging.py",
     "tracking/test_speaker.py",
-    "package/test_docs.py",
-    "report/test_report_browser.py",
-    "tracking/test_track_api.py",
     "fit/test_track_fit.py",
-    "clips/test_many_clips.py",
     "studio/test_speech_articulation.py",
+    "clips/test_many_clips.py",
     "live/test_live_session.py",
-    "cli/test_articulate_cli.py",
     "evaluate/test_check.py",
+    "tracking/test_track_api.py",
 )
 """The files that take longest, in the order in which they are begun.
 
 The tests of a file are run by one process, and one that began with such a file at the end would
-still be at it while the others wait. The first two compile little that is the same, so that what
-either compiles is there for the other later on; the wheel's tests take it from there, too.
+still be at it while the others wait. The first three compile little that is the same, so that what
+one compiles is there for the others later on; the wheel's tests take it from there, too.
 """
 
 
@@ -91,3 +91,29 @@ def data_dir() -> Path:
     if not folder.is_dir():
         pytest.skip("the recordings are missing; ABS_ENGINE_DATA names their folder")
     return folder
+
+
+@pytest.fixture(scope="session")
+def filmed(tmp_path_factory: pytest.TempPathFactory) -> Truth:
+    """Half a second of clara, filmed by the studio for whichever process needs it first."""
+    from abs_engine.report.demo import film_clip  # and Matplotlib with it, which few tests need
+
+    kept, apart = tmp_path_factory.getbasetemp(), "PYTEST_XDIST_WORKER" in os.environ
+    shared = (kept.parent if apart else kept) / "filmed"
+    if not shared.exists():
+        own = tmp_path_factory.mktemp("film") / "clip"
+        film_clip(own, "demo", person="clara", size=(320, 240), frames=14)
+        try:
+            own.rename(shared)
+        except OSError:  # another process was at it, too, and was done first
+            return load_truth(own)
+    return load_truth(shared)
+
+
+@pytest.fixture(scope="module")
+def soon_ready() -> Iterator[None]:
+    """Clips are made ready in the shortest time, where not what is learned of them is tested."""
+    from hurried import hurried  # and the tracker with it, which few tests need
+
+    with hurried(frames=2, rounds=1):
+        yield

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,14 +16,12 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import FACING, Pose, rotations
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, pose_and
-from abs_engine.dataset import load_truth
 from abs_engine.face.appearance.harmonics import harmonics
 from abs_engine.face.base import Body
 from abs_engine.face.shading import SkinPatch, learn_shading
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.shading import NAME, shading_term, with_shading
 from abs_engine.fit.view import View
-from abs_engine.report.demo import film_clip
 
 CAMERA = Camera.ideal((160, 160), 480.0)
 POSE = Pose(FACING, np.array([0.0, 0.0, 300.0]))
@@ -89,16 +88,21 @@ def face_of(body):
     return face
 
 
-def problem_of(posture, **changed):
-    """The problem of a frame in which the sheet has some posture, and its term."""
+@cache
+def learned_face():
+    """The sheet with its shading, learned from some postures."""
     seen = [np.array([a, b]) for a, b in ((0, 0), (1.5, 0), (-1.5, 0.5), (0, 1.5), (1, -1))]
     frames = [(picture(p), POSE, np.r_[np.zeros(6), p]) for p in seen]
-    face = with_shading(face_of(BODY), CAMERA, frames)
+    return with_shading(face_of(BODY), CAMERA, frames)
+
+
+def problem_of(posture, **changed):
+    """The problem of a frame in which the sheet has some posture, and its term."""
     view = View(
         picture(posture, **changed), CAMERA, None, PoseFrame(POSE, np.zeros(3)),
         Window(0, 0, 160, 160), np.zeros(8),
     )  # fmt: skip
-    term = shading_term(face, view)
+    term = shading_term(learned_face(), view)
     return Problem(view.frame, pose_and(SPEC), {NAME: term}), term
 
 
@@ -191,14 +195,12 @@ def test_where_it_cannot_be_compared_it_is_refused(options, line, tmp_path, caps
     assert not (tmp_path / "run").exists()
 
 
-def test_a_known_head_is_tracked_nearer_by_its_shading(tmp_path):
-    film = film_clip(tmp_path / "clip", "demo", person="clara", size=(320, 240), frames=14)
-    truth = load_truth(film)
+def test_a_known_head_is_tracked_nearer_by_its_shading(filmed):
     run = abs_engine.track(
-        truth.video, renderer="cpu", camera=truth.folder / "camera.json", person="clara",
+        filmed.video, renderer="cpu", camera=filmed.folder / "camera.json", person="clara",
         terms="colour+shading",
     )  # fmt: skip
     assert run.found.all()
     assert run.summary["score_of"] == "colour"
-    away = run["lip_points"] - truth.points(run["lip_vertex"])
+    away = run["lip_points"] - filmed.points(run["lip_vertex"])
     assert np.sqrt((away**2).sum(axis=-1).mean()) < 1.25  # 0.99 measured; 1.56 by colour alone

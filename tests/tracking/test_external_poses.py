@@ -15,8 +15,6 @@ from abs_engine.cli import main
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.geometry import FACING, Pose
-from abs_engine.dataset import load_truth
-from abs_engine.report.demo import film_clip
 from abs_engine.tracking import head_tracking
 from abs_engine.tracking.clip_setting import NO_POSE
 from abs_engine.tracking.external_poses import GivenMotion
@@ -314,10 +312,9 @@ def test_poses_that_never_show_the_mouth_end_the_command(tmp_path, capsys):
 
 
 @pytest.fixture(scope="module")
-def truth(tmp_path_factory):
+def truth(filmed):
     """A clip of half a second, filmed by the studio."""
-    folder = tmp_path_factory.mktemp("given") / "clip"
-    return load_truth(film_clip(folder, "demo", person="clara", size=(320, 240), frames=14))
+    return filmed
 
 
 def tracked(truth, folder: Path, poses: Path, *more: object):
