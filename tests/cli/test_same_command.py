@@ -71,6 +71,7 @@ def again(capsys, monkeypatch):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("soon_ready")
 def test_of_track(again, tmp_path):
     pictures = [lit("amara", seen_at([0, 0, 0], [0, 0, 700]), jawOpen=w) for w in (0.0, 0.2)]
     video, colours = write_kind(tmp_path / "head.mp4", "libx264", pictures), tmp_path / "a.npz"
@@ -99,6 +100,7 @@ def test_of_synth(again, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("soon_ready")
 def test_of_the_demo(again, tmp_path):
     demo = again(tmp_path / "demo", "demo", "--frames", 2, "--renderer", "cpu")
     demo.check()

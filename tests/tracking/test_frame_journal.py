@@ -39,6 +39,7 @@ def contents(folder):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("soon_ready")
 def test_cut_off_twice_it_ends_with_the_same_bytes_and_leaves_nothing_beside(tmp_path):
     video, folder = film(tmp_path / "head.mp4", frames=3, factor=0.5), tmp_path / "run"
     with pytest.raises(KeyboardInterrupt, match="the same command resumes"):

@@ -19,6 +19,7 @@ from abs_engine.optimise.drivers import Driver
 from abs_engine.tracking import loop
 
 OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)
+pytestmark = pytest.mark.usefixtures("soon_ready")
 
 
 @pytest.fixture(scope="module")

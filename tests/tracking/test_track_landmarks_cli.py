@@ -79,6 +79,7 @@ def cut_film(path):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("soon_ready")
 def test_a_cut_is_named_before_the_first_frame_and_in_the_run(tmp_path, capsys):
     video = cut_film(tmp_path / "cut.mp4")
     assert track(video, tmp_path / "run") == 0
