@@ -216,7 +216,7 @@ def test_given_poses_are_held_by_every_face(video, talking, tmp_path):
         {"model": "shell", "person": PERSON}, {"model": str(talking)},
         {"preset": "odisio2004", "model": str(talking)},
     ):  # fmt: skip
-        with hurried():
+        with hurried(frames=2, rounds=1):
             made = prepare(video, RENDERER, TrackOptions(poses=poses, **chosen))
         found = [one for _, one in made.results()]
         assert all(one.found for one in found), chosen
