@@ -32,6 +32,7 @@ from abs_engine.report.articulation.analysis import analyse
 from abs_engine.report.articulation.figures import boxplot_figure, nomogram_figure
 from abs_engine.report.articulation.report import Heads, write_report
 from abs_engine.report.articulation.tables import boxes, results, variance_table, variance_text
+from abs_engine.report.drawing import smooth
 from abs_engine.report.drawing.figure import figure_bytes
 from abs_engine.studio.corpus import ALL_VISEMES, PAPER_VISEMES, speak_corpus
 from abs_engine.studio.people.lip_contact import widest_gap
@@ -361,7 +362,8 @@ def test_a_lost_tooth_is_named(tmp_path: Path):
         read_corpus(path, told)
 
 
-def test_the_report_of_a_person_is_written(tmp_path: Path):
+def test_the_report_of_a_person_is_written(tmp_path: Path, monkeypatch):
+    monkeypatch.setattr(smooth, "FINER", 1)  # nobody looks at the pictures
     one = speak_corpus(SPEAKER, SPEAKER.named("mei"))
     done = analyse(one.corpus, without=("ipi", "bead_001"))
     with CpuRenderer() as renderer:
