@@ -20,6 +20,7 @@ from abs_engine.learn.settings import LEARNING
 from abs_engine.report.articulation import report
 from abs_engine.report.drawing.figure import figure_bytes
 from abs_engine.tracking import rendered_landmarks, speaker_learning
+from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION
 
 FEW = 4
@@ -57,7 +58,8 @@ def short() -> Iterator[None]:
         patch.setattr(speaker_learning, "PREPARATION", preparation)
         patch.setattr(speaker_learning, "learn_speaker", learn_once)
         patch.setattr(further, "train_further", partial(further.train_further, rounds=1))
-        patch.setattr(rendered_landmarks, "PITCHES", (0.0,))
+        level = replace(LANDMARK_EVIDENCE, drawn_pitches=(0.0,))
+        patch.setattr(rendered_landmarks, "LANDMARK_EVIDENCE", level)
         patch.setattr(articulatory, "MOST_BUILT", 5)
         patch.setattr(report, "figure_bytes", first_figure)
         patch.setattr(bench_clip, "TURNS", 1)
