@@ -18,13 +18,17 @@ from abs_engine.evaluate import bench_clip
 from abs_engine.learn import articulatory, further, posture_space
 from abs_engine.learn.settings import LEARNING
 from abs_engine.report.articulation import report
+from abs_engine.report.drawing import smooth
 from abs_engine.report.drawing.figure import figure_bytes
-from abs_engine.tracking import rendered_landmarks, speaker_learning
+from abs_engine.studio import make
+from abs_engine.tracking import identity_fit, rendered_landmarks, speaker_learning
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION
 
 FEW = 4
 """Frames that a speaker's face is learned from."""
+FEW_EVALUATIONS = 40
+"""Of the simplex over whose mouth it is and where."""
 LEARN_SPEAKER = speaker_learning.learn_speaker
 FIRST_FIGURE: list[bytes] = []
 
@@ -62,7 +66,11 @@ def short() -> Iterator[None]:
         patch.setattr(rendered_landmarks, "LANDMARK_EVIDENCE", level)
         patch.setattr(articulatory, "MOST_BUILT", 5)
         patch.setattr(report, "figure_bytes", first_figure)
+        patch.setattr(smooth, "FINER", 1)
+        joint = replace(identity_fit.PREPARATION, joint_limit=FEW_EVALUATIONS)
+        patch.setattr(identity_fit, "PREPARATION", joint)
         patch.setattr(bench_clip, "TURNS", 1)
+        patch.setattr(make, "_cores", lambda: 1)  # a second process takes longer to begin
         patch.setattr(distributed, "LocalCluster", Threads)
         patch.setattr(worker, "keep_to_one_core", lambda: None)
         yield
