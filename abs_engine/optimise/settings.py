@@ -66,7 +66,8 @@ class SolverSettings:
     back : float, times a step
         That its next try is, after one that led up. Not measured.
     newton_limit : int, evaluations
-        Of a frame by Newton steps at most. Not measured.
+        By Newton steps at most, of a frame or of a posture while a person is fitted. Measured: in
+        608 such fits of p03, p12 and a GRID clip 41 at most.
     newton_gain : float, nats
         Less than which ends these steps, or is not tried for. Not measured.
     newton_more : float, nats

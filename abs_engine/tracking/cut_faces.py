@@ -50,6 +50,8 @@ class MouthInPicture:
         trust = trust_at_border(seen, self.camera.size)
         if trust is None:
             return True
+        if not trust.any():
+            return False
         fit = fit_frame(self.shape, seen, self.camera, start, trust=trust)
         shown = self._lips.in_picture(fit.pose, fit.posture[: self.modes])
         return shown >= FRAME_LOOP.least_by_face
@@ -58,7 +60,8 @@ class MouthInPicture:
 def trust_at_border(landmarks: Landmarks, size: Size) -> FloatArray | None:
     """Trust in landmarks (468,), 0 to 1, of a face that a picture of this size, px, cuts off.
 
-    None where it does not: then all are trusted. Beyond the border it is 0, and grows within it.
+    None where it does not: then all are trusted. Beyond the border it is 0, and grows within it; of
+    a face that lies outside of the picture none is trusted.
     """
     trust = np.ones(len(landmarks.points))
     for inside in _inside(landmarks, size):
@@ -66,7 +69,7 @@ def trust_at_border(landmarks: Landmarks, size: Size) -> FloatArray | None:
         if beyond > 0:
             margin = min(beyond, DETECTION.cut_margin * landmarks.size)
             trust *= np.clip(inside / max(margin, 1e-9), 0.0, 1.0)
-    return None if trust.all() or not trust.any() else trust
+    return None if trust.all() else trust
 
 
 def shows_eyes(landmarks: Landmarks, size: Size) -> bool:

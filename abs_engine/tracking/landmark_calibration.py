@@ -154,7 +154,8 @@ def calibrate_placed(
     person, shape, shift = np.zeros(head.model.n_person), head.shape, no_correction()
     for blur in LANDMARK_EVIDENCE.place_rounds:
         placed = head.frames(shape, seen)
-        if not placed:
+        learned = placed if known is not None else [frame for frame in placed if not frame.grey]
+        if not learned:
             raise FaceNotFoundError(
                 "the landmarks that were seen are no face's", "give a video with a face"
             )
@@ -171,8 +172,11 @@ def calibrate_placed(
 def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibration) -> float:
     """Growth of apertures by colours alone with those by landmarks, see `following`.
 
-    1 where the mouth hardly moves by the landmarks: then there is nothing to judge by.
+    1 where the mouth hardly moves by the landmarks, or no frame has colour: then there is nothing
+    to judge by.
     """
+    if not placed:
+        return 1.0
     model = head.model
     stand = PlacedMouths(model, placed, head.camera, head.renderer, no_correction(), found.person)
     starts = np.stack([f.start(model.n_expression) for f in placed])

@@ -165,14 +165,16 @@ def _fitted(
         free_person=not average.known, expression=head.expression,
         person_spread=PREPARATION.person_spread,
     )  # fmt: skip
-    coloured = [one for one in chosen if not is_grey(one[0], one[1].pixels, grey_below)] or chosen
+    coloured = [one for one in chosen if not is_grey(one[0], one[1].pixels, grey_below)]
+    below = grey_below if coloured else 0.0
+    coloured = coloured or list(chosen)
     chromatic = in_colour([(image, landmarks.pixels) for image, landmarks in coloured])
     known = usable(colours, chromatic)
     tell(learning(known))
     light = SkinLight.of(coloured)
     placed = PlacedHead(
         model, head.shape, head.textured, average.correspondence, camera, renderer, light,
-        grey_below if len(coloured) < len(chosen) else 0.0,
+        below,
     )  # fmt: skip
     found, shape = calibrate_placed(placed, chosen, known, chromatic)
 
@@ -183,5 +185,5 @@ def _fitted(
     look = UsualLook.of(in_threads(looked, coloured))
     return FittedPerson(
         model, found.person, replace(head.textured, shift=found.shift), shape,
-        head.shape.deviation, found.classes, light, look, grey_below=grey_below,
+        head.shape.deviation, found.classes, light, look, grey_below=below,
     )  # fmt: skip

@@ -21,7 +21,7 @@ NO_COLOUR = (
 )
 SOME_GREY = (
     "{} of {} have no colour, while the others do: there landmarks alone are reported, and the "
-    "result is less exact"
+    "result is less exact; give the clip as it was filmed"
 )
 TOO_DARK = (
     "the face is too dark for its colours to be seen: classes rest on brightness alone, and the "
@@ -70,7 +70,7 @@ CLOSE_UP = (
 )
 NO_EYES = (
     "the eyes are outside of the picture: how large the head is follows from the rest of the face, "
-    "and all lengths may be off by {:.0%}; film the whole face"
+    "and all lengths may be off by about {:.0%}; film the whole face"
 )
 ALL_CLOSED = (
     "the lips are closed in all {} that were tracked: if the person speaks there, look at the "

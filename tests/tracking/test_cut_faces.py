@@ -80,9 +80,12 @@ def test_what_is_cut_off_is_not_trusted_and_little_what_is_near_the_border():
     assert (trust[rows > 0.25 * seen.size] == 1).all()
 
 
-def test_landmarks_that_all_lie_elsewhere_say_nothing_of_a_border():
+def test_a_face_that_lies_outside_of_the_picture_has_no_mouth_in_it():
     away = Landmarks(whole().points + np.array([10.0 * WIDTH, 0.0, 0.0]), 1.0)
-    assert trust_at_border(away, CAMERA.size) is None
+    trust = trust_at_border(away, CAMERA.size)
+    assert trust is not None
+    assert not trust.any()
+    assert not MouthInPicture(shape(), MODES, CAMERA).whole(away)
 
 
 @pytest.mark.parametrize(("share", "seen"), [(-0.2, True), (-0.02, False), (0.05, False)])
@@ -121,11 +124,10 @@ def test_a_frame_whose_mouth_is_cut_through_is_lost_for_that():
     place = MouthInPicture(shape(), MODES, camera)
     image = np.full((camera.size[1], WIDTH, 3), 128, np.uint8)
 
-    def reason(seen: Landmarks, place: MouthInPicture | None) -> str:
+    def reason(seen: Landmarks, place: MouthInPicture) -> str:
         face = SeenFace(seen, fit_frame(shape(), seen, camera))
         return ByLook(None, None, place).hidden(HeadFrame(image, AHEAD, face), AHEAD)
 
     cut = above(row, mouth=row - 1.0)
     assert reason(cut, place) == OUTSIDE
-    assert reason(cut, None) == ""
     assert reason(whole(), MouthInPicture(shape(), MODES, CAMERA)) == ""

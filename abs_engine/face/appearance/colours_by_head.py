@@ -195,9 +195,8 @@ def _sure(places: Sequence[FloatArray]) -> FloatArray:
     1 for all where too few frames show the mouth shut.
     """
     inside = PLACES.index("inside")
-    seen = [
-        p[1:inside].max(initial=0.0) > COLOURS.least_shown for p in places
-    ]  # else outside the picture
+    # not seen: outside of the picture
+    seen = [p[1:inside].max(initial=0.0) > COLOURS.least_shown for p in places]
     closed = [p[inside].max(initial=0.0) < COLOURS.parted for p in places]
     shut = np.logical_and(seen, closed)
     least = COLOURS.parted_weight if shut.sum() >= COLOURS.least_shut else 1.0

@@ -74,7 +74,7 @@ class DetectionSettings:
     least_face : float, px
         Of a face; of a smaller one a picture shows nothing. Not measured.
     narrowest : int, px
-        Of a picture, in which a face is looked for. Not measured.
+        Shorter side of a picture, at least, in which a face is looked for. Not measured.
     longest : float, times its width
         Of such a picture at most. Not measured.
     present : float, probability

@@ -27,7 +27,7 @@ class OutlineSettings:
     step : float, mm
         From sample to sample. Not measured.
     least_blur : float, px
-        The same of the picture at least, against noise. Not measured.
+        Standard deviation of the picture's blur at least, against noise. Not measured.
     beside : tuple of float, mm
         Inward, between which the skin beside a place is seen. Not measured.
     spread : tuple of float, Lab of 8 bits
