@@ -51,7 +51,10 @@ _LESS = {"incr": "decr", "up": "down", "forward": "backward", "out": "in"}
 
 
 def drawn_targets(pair: str, weight: float) -> dict[str, float]:
-    """Weights of the targets of one of `DRAWN_TARGETS`: below zero of less, above zero of more."""
+    """Weights of the targets of one of `DRAWN_TARGETS`: below zero of less, above zero of more.
+
+    Names are spelled as the bundled head has them, ``nose_hump_incr``.
+    """
     end = "incr" if weight > 0 else "decr"
     sides = ("l_", "r_") if pair.startswith("cheek") else ("",)
     return {f"{side}{pair}_{end}": abs(weight) for side in sides}
@@ -63,6 +66,9 @@ def macro_targets(origin: str, sex: str, age: float) -> dict[str, float]:
 
 
 def less_of(target: str) -> str | None:
-    """Name of the target that takes away what this one of MakeHuman's adds; None if none does."""
+    """Name of the target that takes away what this one adds; None if none does.
+
+    Names are spelled as MakeHuman's files are, ``nose/nose-hump-incr``.
+    """
     stem, _, end = target.rpartition("-")
     return f"{stem}-{_LESS[end]}" if end in _LESS else None
