@@ -56,10 +56,11 @@ class FrameSettings:
         lies beyond the border; with 0.9 a mouth 40 pixels wide is lost where one of them is cut.
     least_by_face : float, share of a mouth's outline
         The same where the picture cuts the face off, and the mouth's place follows from what lies
-        off that border: of the outline's 20 points, all. Chosen on p01 to p08 of the strangers' clips, cut at many places. Measured
-        on p09 to p16: of mouths that lack a quarter of their outline and more, 91 to 100 % are lost
-        at the lower border (by their own landmarks 19 to 75 %), 81 to 96 % at the sides (49 to
-        63 %); of whole mouths 12 and 3 %, all within 0.05 of the face's size of the border.
+        off that border: of the outline's 20 points, all. Chosen on p01 to p08 of the strangers'
+        clips, cut at many places. Measured on p09 to p16: of mouths that lack a quarter of their
+        outline and more, 91 to 100 % are lost at the lower border (by their own landmarks 19 to
+        75 %), 81 to 96 % at the sides (49 to 63 %); of whole mouths 12 and 3 %, all within 0.05 of
+        the face's size of the border.
     light_none : float, logarithm
         Of a change of light up to which nothing is done. Measured: the largest change of GRID's
         clips is 0.03, of p01 to p08 of the strangers' clips 0.01 to 0.10, and 0.43 where the light
