@@ -174,12 +174,16 @@ def _film(
     count: _Count,
     crew: Crew,
 ) -> None:
-    cores = len(os.sched_getaffinity(0))  # that this process may use
-    processes = min(crew.processes or cores, len(jobs))
+    processes = min(crew.processes or _cores(), len(jobs))
     if processes > 1:
         film_apart(jobs, journal, speaker, labels, count, processes)
     elif jobs:
         film_here(jobs, journal, speaker, labels, count)
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0))
 
 
 def _finish(

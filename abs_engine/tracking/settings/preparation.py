@@ -169,7 +169,7 @@ class PreparationSettings:
     darkest: float = 10.0
     brightest: float = 245.0
     least_shown: int = 3
-    person_spread: float = 0.7
+    person_spread: float = 0.5
     placed_opening: float = 2.5
     placed_inside: float = 0.6
     posture_limit: int = 60
