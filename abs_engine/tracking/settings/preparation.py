@@ -85,11 +85,12 @@ class PreparationSettings:
         With a mouth to be seen, from which on those in which it is hidden are left out. Not
         measured.
     person_spread : float, share of how far people differ
-        How far a mouth may differ from that of a head fitted to landmarks. Chosen of 0.35 and 0.7
-        on edges of lips that were read by eye in p01 to p08 of the strangers' clips: inner edges of
-        parted lips lie 0.7 and 0.4 mm, or 0.6 and 0.3 mm, too low, outer ones are alike, and median
-        r of apertures with the gap that was read is 0.979 and 0.980 (in p09 to p16 0.970 and
-        0.983). With 1, and another expected head, edges were as with 0.7.
+        How far a mouth may differ from that of a head fitted to landmarks. Chosen of 0.35, 0.5 and
+        0.7 on edges of lips that were read by eye in p01 to p08 of the strangers' clips: inner
+        edges of parted lips lie 0.7 and 0.4, 0.7 and 0.3, 0.6 and 0.2 mm too low, outer ones are
+        alike, and median r of apertures with the gap that was read is 0.979, 0.980 and 0.980 (in
+        p09 to p16 0.970, 0.983 and 0.983). With 0.7 closed lips came out parted in a film whose
+        light falls (`tests/tracking/test_light.py`).
     placed_opening : float, mm
         From where lips meet, how far a mouth may be open that is drawn closed. Not measured.
     placed_inside : float, share of where lips are drawn
