@@ -258,12 +258,12 @@ def hidden_opengl() -> Iterator[None]:
 @contextlib.contextmanager
 def registries_restored() -> Iterator[None]:
     """Take out again what a page adds to the registries."""
-    every = (registry.MODELS, registry.TERMS, registry.DRIVERS, registry.RENDERERS)
-    before, plugins = [dict(one._added) for one in every], list(registry.PLUGINS)
+    before = [dict(one._added) for one in registry.REGISTRIES]
+    plugins = list(registry.PLUGINS)
     try:
         yield
     finally:
-        for one, own in zip(every, before, strict=True):
+        for one, own in zip(registry.REGISTRIES, before, strict=True):
             one._added.clear()
             one._added.update(own)
         registry.PLUGINS[:] = plugins
