@@ -88,7 +88,7 @@ class HeadBinder:
         base, marks = PoseFrame(pose, model.pivot), self.landmarks
         told, terms = marks.told(frame), frame.terms
         priors = self._priors(last, memory.gap, thick=told is not None)
-        grey = COLOUR.name in self.kinds and marks.alone(frame)
+        grey = self._grey(frame)
         if grey:
             terms = {}
         elif terms is None:
@@ -104,12 +104,16 @@ class HeadBinder:
         return Work(problem, starts, partial(explained, terms), said, seal=self._seal)
 
     def ahead(self, frame: HeadFrame, pose: Pose) -> Mapping[str, Term] | None:
-        """The evidence of a frame, started from its landmarks; None where it has none of these."""
+        """The evidence of a frame, started from its landmarks; None if it has, or needs, none."""
         told = self.landmarks.told(frame)
-        if told is None or frame.face is None:
+        if told is None or frame.face is None or self._grey(frame):
             return None
         frame.face.fit.evidence(self.landmarks.modes)  # kept there for the fit
         return self._terms(frame, PoseFrame(pose, self.model.pivot), told, told)
+
+    def _grey(self, frame: HeadFrame) -> bool:
+        """Whether colours are compared, but say nothing in this frame."""
+        return COLOUR.name in self.kinds and self.landmarks.alone(frame)
 
     def _terms(
         self, frame: HeadFrame, base: PoseFrame, told: FloatArray | None, start: FloatArray

@@ -17,7 +17,7 @@ from abs_engine.face.base import Face
 from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
 from abs_engine.tracking.blob_start import learning
-from abs_engine.tracking.cut_faces import MouthInPicture, trust_at_border
+from abs_engine.tracking.cut_faces import MouthInPicture
 from abs_engine.tracking.head_fit import AverageHead, seen_in
 from abs_engine.tracking.head_pose import TexturedHead
 from abs_engine.tracking.landmark_calibration import PlacedHead, calibrate_placed
@@ -86,8 +86,7 @@ class FittedPerson:
 
     def shows(self, image: Image, seen: Landmarks) -> bool:
         """Whether a frame shows the mouth; of a clip without a usual look, each does it whole."""
-        size = image.shape[1], image.shape[0]
-        if trust_at_border(seen, size) is not None and not self.place.whole(seen):
+        if not self.place.whole(seen):
             return False
         if self.look is None or is_grey(image, seen.pixels, self.grey_below):
             return True

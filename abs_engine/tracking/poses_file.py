@@ -34,7 +34,7 @@ from abs_engine.io.csv_table import read_table
 from abs_engine.io.inputs import MOST
 from abs_engine.io.npz import check_format, format_of, read_arrays
 from abs_engine.tracking.external_poses import other_count
-from abs_engine.tracking.record import FORMAT, RESULTS, VERSION
+from abs_engine.tracking.record import FORMAT, RESULTS, VERSION, camera_of
 
 COLUMNS = ("head_rx", "head_ry", "head_rz", "head_tx", "head_ty", "head_tz")
 HELP = "see 'abs-engine track --help' for what a file of poses holds"
@@ -237,7 +237,7 @@ def _camera_of(path: Path, arrays: dict[str, NDArray[Any]]) -> Camera | None:
     shaped = (matrix.shape, size.shape) == ((3, 3), (2,)) and size.dtype.kind in "iu"
     if not shaped or not _real(matrix, distortion):
         raise ModelFormatError(f"{path} holds no camera", "track the video again")
-    return Camera(matrix, (int(size[0]), int(size[1])), distortion)
+    return camera_of(arrays)
 
 
 def _poses(path: Path, turns: FloatArray, shifts: FloatArray) -> tuple[Pose | None, ...]:

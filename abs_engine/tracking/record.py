@@ -244,6 +244,7 @@ def run_settings(folder: Path) -> dict[str, Any]:
     return settings if isinstance(settings, dict) else {}
 
 
+_CAMERA = ("camera_matrix", "camera_size", "camera_distortion")
 _OF_TRACK = "give the folder that 'track -o' made"
 
 
@@ -296,6 +297,3 @@ def camera_of(run: Mapping[str, NDArray[Any]]) -> Camera:
     """Camera of the video of a run that has one."""
     matrix, size, distortion = (run[name] for name in _CAMERA)
     return Camera(matrix, (int(size[0]), int(size[1])), distortion)
-
-
-_CAMERA = ("camera_matrix", "camera_size", "camera_distortion")

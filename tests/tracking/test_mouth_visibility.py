@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -187,6 +188,7 @@ def test_frames_with_a_hidden_mouth_are_not_learned_from(monkeypatch):
         return FittedPerson(*nothing, colours(), SkinLight.of(clip()), usual)
 
     monkeypatch.setattr(person_fit, "_fitted", fitted)
+    monkeypatch.setattr(FittedPerson, "place", SimpleNamespace(whole=lambda _seen: True))
     chosen, turned = [*clip(), behind], [behind, *clip()[1:]]
     person_fit.fit_person(None, chosen, None, None, None, print, turned)
     assert [[id(f[0]) for f in frames] for frames in asked[1]] == [

@@ -15,13 +15,15 @@ import abs_engine
 from abs_engine.capture import settings as capturing
 from abs_engine.export import settings as exporting
 from abs_engine.learn import settings as learning
+from abs_engine.learn.heads import settings as heads
+from abs_engine.learn.measured import settings as measured
 from abs_engine.tracking.settings import stages
 from abs_engine.tracking.settings.stages import SETTINGS, Settings
 
 STAGES = [one.name for one in fields(Settings)]
 EVERY = {
     name: value
-    for module in (stages, learning, capturing, exporting)
+    for module in (stages, learning, heads, measured, capturing, exporting)
     for name, value in vars(module).items()
     if name.isupper() and name != "SETTINGS"
 }
@@ -85,6 +87,8 @@ def test_a_run_gathers_every_stage_of_tracking():
     assert {one.__module__ for one in gathered} == set(homes) - {
         "abs_engine.cli.parts.settings",  # options of a command
         learning.__name__,
+        heads.__name__,
+        measured.__name__,
         capturing.__name__,
         exporting.__name__,
         stages.__name__,

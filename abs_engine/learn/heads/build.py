@@ -26,9 +26,9 @@ from abs_engine.learn.heads.marks import Contours, Marks, find_marks, lip_contou
 from abs_engine.learn.heads.paint import laid, paint
 from abs_engine.learn.heads.parts import check_face, check_places, hidden_parts, named_regions
 from abs_engine.learn.heads.regions import HIDDEN_ID, facet_classes, welded
+from abs_engine.learn.heads.settings import HEAD_IMPORT
 from abs_engine.learn.heads.table import SIXTY_EIGHT, HeadTable
 from abs_engine.learn.heads.units import face_units
-from abs_engine.learn.settings import HEAD_IMPORT
 
 NEUTRAL = "neutral"
 """The name of the person that the file itself shows."""

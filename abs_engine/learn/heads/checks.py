@@ -12,7 +12,7 @@ from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.schema import FACE_UNITS
 from abs_engine.learn.heads.marks import Marks
-from abs_engine.learn.settings import HEAD_IMPORT
+from abs_engine.learn.heads.settings import HEAD_IMPORT
 
 
 def check_marks(marks: Marks, vertices: FloatArray) -> None:

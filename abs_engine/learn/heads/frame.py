@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.learn.heads.marks import Marks
+from abs_engine.learn.heads.settings import HEAD_IMPORT
 from abs_engine.learn.heads.table import EYES_MM, UNITS
-from abs_engine.learn.settings import HEAD_IMPORT
 
 _USUAL = np.array(
     [[-41, 37, 79], [-19, 36, 85], [19, 36, 85], [41, 37, 79], [0, 2, 116], [0, -64, 92]],

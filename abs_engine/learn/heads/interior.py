@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.face.schema import CLASS_NAMES, JAW, Unit
 from abs_engine.io.assets import Speaker
-from abs_engine.learn.settings import HEAD_IMPORT
+from abs_engine.learn.heads.settings import HEAD_IMPORT
 
 TEETH = ("upper_teeth", "lower_teeth", "tongue")
 

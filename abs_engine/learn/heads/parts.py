@@ -13,7 +13,7 @@ from abs_engine.core.registry import nearest
 from abs_engine.face.schema import HIDDEN, ICT_PARTS, region_of
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.learn.heads.marks import Marks
-from abs_engine.learn.settings import HEAD_IMPORT
+from abs_engine.learn.heads.settings import HEAD_IMPORT
 
 _SKIN = ("skin",)
 

@@ -14,7 +14,7 @@ from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.schema import CLASS_NAMES, LIPS, TEETH
 from abs_engine.learn.heads.marks import Contours
-from abs_engine.learn.settings import HEAD_IMPORT
+from abs_engine.learn.heads.settings import HEAD_IMPORT
 
 HIDDEN_ID = 255
 _BY_NAME = {name: k for k, name in enumerate(CLASS_NAMES)}

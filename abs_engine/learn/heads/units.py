@@ -16,7 +16,7 @@ from abs_engine.core.words import listed
 from abs_engine.face.schema import FACE_UNITS, HALF, SHIFTS, Pair, Unit, reading, units_of
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.learn.heads.frame import HeadFrame
-from abs_engine.learn.settings import HEAD_IMPORT
+from abs_engine.learn.heads.settings import HEAD_IMPORT
 
 _Moves = NDArray[np.float32]
 

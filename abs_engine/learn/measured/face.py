@@ -15,7 +15,7 @@ from abs_engine.learn.articulated import shape_of
 from abs_engine.learn.articulatory import Build
 from abs_engine.learn.measured.fit import REST, MeasuredHead, fit_head
 from abs_engine.learn.measured.residual import Smoothness, field, smoothness
-from abs_engine.learn.settings import MEASURED_FACE
+from abs_engine.learn.measured.settings import MEASURED_FACE
 
 _SOFT = ("skin", "upper_lip", "lower_lip", "inner_mouth")
 

@@ -17,8 +17,8 @@ from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulatory import Build, rms
 from abs_engine.learn.measured.identity import PlacedHead
 from abs_engine.learn.measured.motion import slid, unit_weights
+from abs_engine.learn.measured.settings import MEASURED_FACE
 from abs_engine.learn.measured.sites import LIPS, Sites
-from abs_engine.learn.settings import MEASURED_FACE
 from abs_engine.learn.spoken import bite_plane_of
 
 REST = "rest"

@@ -12,7 +12,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.pose import pose_moves
 from abs_engine.face.shape.dots import ShellPoints
-from abs_engine.learn.settings import MEASURED_FACE
+from abs_engine.learn.measured.settings import MEASURED_FACE
 
 _POSE = 6
 

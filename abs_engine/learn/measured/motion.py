@@ -8,7 +8,7 @@ from scipy.optimize import lsq_linear
 from abs_engine.core.arrays import FloatArray
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.dots import ShellPoints
-from abs_engine.learn.settings import MEASURED_FACE
+from abs_engine.learn.measured.settings import MEASURED_FACE
 
 
 def unit_weights(moved: FloatArray, units: FloatArray, noise: float) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import RBFInterpolator
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.learn.settings import MEASURED_FACE
+from abs_engine.learn.measured.settings import MEASURED_FACE
 
 
 @dataclass(frozen=True)

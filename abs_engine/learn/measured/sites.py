@@ -13,7 +13,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.nearest import barycentric, nearest_in
 from abs_engine.face.shape.dots import ShellPoints
 from abs_engine.io.assets import Speaker
-from abs_engine.learn.settings import MEASURED_FACE
+from abs_engine.learn.measured.settings import MEASURED_FACE
 
 TEETH, LIPS, UPPER, LOWER = "lower_teeth", "lips", "upper_lip", "lower_lip"
 """Groups of points that say where on a head they lie; all others lie on the skin."""
