@@ -78,14 +78,14 @@ class Clip:
         """Correlation with the gap as read: of our aperture, the detector's, and both readings."""
         gap = _gap(self.read)
         pairs = ((self.aperture, gap), (self.detector, gap), (_gap(self.first), _gap(self.second)))
-        return np.array([_correlation(*pair) for pair in pairs])
+        return np.array([correlation(*pair) for pair in pairs])
 
 
 def _gap(edges: FloatArray) -> FloatArray:
     return edges[:, 2] - edges[:, 1]
 
 
-def _correlation(one: FloatArray, other: FloatArray) -> float:
+def correlation(one: FloatArray, other: FloatArray) -> float:
     seen = np.isfinite(one) & np.isfinite(other)
     one, other = one[seen], other[seen]
     varied = len(one) > 2 and min(one.std(), other.std()) > 0
@@ -102,19 +102,23 @@ def crossings(line: FloatArray, *, closed: bool) -> FloatArray:
     return np.asarray(one[:, 0] + share * (other[:, 0] - one[:, 0]), np.float64)
 
 
-def drawn(run: dict[str, Any], row: dict[str, float], sizes: list[int]) -> tuple[FloatArray, float]:
-    """Our four edges along the line of a row, px, and mm of a pixel there; NaN where none is."""
-    at = int(row["frame"])
+def seen_lips(run: dict[str, Any], at: int) -> tuple[FloatArray, FloatArray, float]:
+    """A frame's lip points in mm before the camera (N, 3) and in px (N, 2); mm of a pixel there."""
     turned = Rotation.from_rotvec(run["rotation"][at]).as_matrix()
     seen = run["lip_points"][at] @ turned.T + run["translation"][at]
     pixels = (seen / seen[:, 2:]) @ run["camera_matrix"].T
+    return seen, pixels[:, :2], float(seen[:, 2].mean() / run["camera_matrix"][0, 0])
+
+
+def drawn(run: dict[str, Any], row: dict[str, float], sizes: list[int]) -> tuple[FloatArray, float]:
+    """Our four edges along the line of a row, px, and mm of a pixel there; NaN where none is."""
+    _, pixels, mm = seen_lips(run, int(row["frame"]))
     down = np.array([row["down_x"], row["down_y"]])
     axes = np.column_stack([down, [-down[1], down[0]]])
-    along = (pixels[:, :2] - [row["x"], row["y"]]) @ axes
+    along = (pixels - [row["x"], row["y"]]) @ axes
     outer, upper, lower = np.split(along, np.cumsum(sizes)[:2])
     ring = crossings(outer, closed=True)
     inner = [np.median(crossings(part, closed=False)) for part in (upper, lower)]
-    mm = float(seen[:, 2].mean() / run["camera_matrix"][0, 0])
     return np.array([ring.min(), *inner, ring.max()]), mm
 
 
@@ -133,10 +137,10 @@ def clip_of(name: str, rows: list[dict[str, float]], runs: Path, detector: list[
     return Clip(ours * mm[:, None], first, second, run["aperture"][at], given, float(np.median(mm)))
 
 
-def labels() -> dict[str, list[dict[str, float]]]:
+def labels(path: Path) -> dict[str, list[dict[str, float]]]:
     """The rows of each clip."""
     kept: dict[str, list[dict[str, float]]] = {}
-    with LABELS.open(encoding="utf-8") as file:
+    with path.open(encoding="utf-8") as file:
         for row in csv.DictReader(file):
             name = row.pop("clip")
             kept.setdefault(name, []).append({k: float(v) for k, v in row.items()})
@@ -146,7 +150,7 @@ def labels() -> dict[str, list[dict[str, float]]]:
 def lines(runs: Path) -> Iterator[str]:
     """A line for each clip, then means of both halves and of groups."""
     curves = json.loads((DATA / "mediapipe.json").read_text())["clips"]
-    found = {n: clip_of(n, rows, runs, curves[n]["aperture"]) for n, rows in labels().items()}
+    found = {n: clip_of(n, rows, runs, curves[n]["aperture"]) for n, rows in labels(LABELS).items()}
     yield "mm by which drawn edges lie below read ones; r of apertures with the gap as read"
     yield "clip  mm/px    top  upper  lower bottom    gap   r ours  detector  readings  differ"
     for name, clip in found.items():
