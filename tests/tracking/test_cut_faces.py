@@ -7,8 +7,10 @@ from functools import cache
 
 import numpy as np
 import pytest
-from drawn import AHEAD, CAMERA, anybody, average_shape, projected
+from drawn import AHEAD, CAMERA, anybody, average_shape, lit, projected
+from runs import write_kind
 
+import abs_engine
 from abs_engine.core.camera import Camera
 from abs_engine.tracking.blob_visibility import OUTSIDE
 from abs_engine.tracking.cut_faces import MouthInPicture, shows_eyes, trust_at_border
@@ -131,3 +133,11 @@ def test_a_frame_whose_mouth_is_cut_through_is_lost_for_that():
     cut = above(row, mouth=row - 1.0)
     assert reason(cut, place) == OUTSIDE
     assert reason(whole(), MouthInPicture(shape(), MODES, CAMERA)) == ""
+
+
+def test_a_run_that_never_sees_the_eyes_is_less_sure_of_its_scale(tmp_path):
+    frames = [lit("walter", jawOpen=amount)[100:] for amount in (0.0, 0.2, 0.3)]
+    run = abs_engine.track(write_kind(tmp_path / "cut.mp4", "libx264", frames), renderer="cpu")
+    warned = [line for line in run.warnings if line.startswith("the eyes are outside")]
+    assert len(warned) == 1
+    assert run.settings["scale"]["uncertainty"] == pytest.approx(0.1, abs=0.01)

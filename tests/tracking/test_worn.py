@@ -145,6 +145,15 @@ def test_a_run_of_whole_faces_keeps_the_warning(folder):
     assert run.settings["remarks"] == run.warnings[0]
 
 
+def test_a_run_of_no_mouth_keeps_the_warning(folder):
+    walls = np.clip(np.random.default_rng(0).normal(170, 4, (2, 120, 160, 1)), 0, 255)
+    video = write_kind(
+        folder / "wall.mp4", "libx264", list(np.repeat(walls, 3, 3).astype(np.uint8))
+    )
+    run = abs_engine.track(video, worn=True, model=folder / "mouths.face", renderer="cpu")
+    assert [line for line in run.warnings if line.startswith("no mouth is seen for sure")]
+
+
 def test_a_run_without_a_model_warns_once_and_keeps_it(folder, tmp_path, capsys):
     words = ["track", str(folder / "new.mp4"), "-o", str(tmp_path / "run"), "--worn"]
     assert main([*words, "--renderer", "cpu", "--quiet"]) == 0
