@@ -10,8 +10,11 @@ independently, without any outline in view: where the line between the lips ends
 meets, not where a shadow or a crease goes on into the cheek. Coordinates are pixels of the video,
 NaN where a corner was turned away or too blurred; such frames are left out.
 
-Widths are compared as if the face were not turned: one that was read is made longer by as much as
-the pose shortens the drawn one. The detector's are its own, over the distance of the eyes.
+A run's width is the distance of the points where upper and lower lip meet, the detector's that of
+the inner corners over that of the eyes; readers saw the outer ends. So they are compared by
+correlation. A width as read is lengthened by as much as the pose foreshortens the drawn one. That
+pose, and the size of a pixel, are the run's own, which favours its width; `flat` leaves the turn
+out.
 """
 
 from __future__ import annotations
@@ -35,21 +38,25 @@ LABELS = Path(__file__).parent / "data" / "lip_corners.csv"
 
 @dataclass(frozen=True)
 class Frame:
-    """Corners of a frame, mm.
+    """Corners and widths of a frame.
 
     Parameters
     ----------
-    inside : (2,) float64
-        How far within the left and the right corner, as read, the outline ends.
-    width, read, detector : float
-        Of the run; as read, turned to the front; of the detector, in its own unit.
-    differ : float
-        By how much the widths of both readings differ.
+    inside : (2,) float64, mm
+        How far within the left and the right corner the outline ends, in the picture, not turned.
+    width, outline, read, flat : float, mm
+        Of the run; between the ends of its outline; as read, turned to the front, and not turned.
+    detector : float
+        The detector's width over its distance of the eyes.
+    differ : float, mm
+        Width of the first reading less that of the second, in the picture.
     """
 
     inside: FloatArray
     width: float
+    outline: float
     read: float
+    flat: float
     detector: float
     differ: float
 
@@ -70,12 +77,15 @@ def frame_of(
     axis = (right - left) / long
     along = pixels[:ring] @ axis
     first, last = np.argmin(along), np.argmax(along)
-    facing = np.linalg.norm(lips[last] - lips[first]) / np.hypot(*(pixels[last] - pixels[first]))
+    outline = np.linalg.norm(lips[last] - lips[first])
+    facing = outline / np.hypot(*(pixels[last] - pixels[first]))
     widths = [np.hypot(*(two - one)) for one, two in ends]
     return Frame(
         mm * np.array([along[first] - left @ axis, right @ axis - along[last]]),
         float(run["width"][at]),
+        float(outline),
         float(long * facing),
+        float(long * mm),
         np.nan if detector is None else detector,
         float(mm * (widths[0] - widths[1])),
     )
@@ -92,11 +102,16 @@ class Clip:
         return np.array([getattr(f, name) for f in self.frames], np.float64)
 
     @property
-    def figures(self) -> FloatArray:
-        """Mm inside, left and right; our width less that read; r of ours and the detector's."""
-        read, off = self.of("read"), self.of("width") - self.of("read")
-        rs = [correlation(self.of(name), read) for name in ("width", "detector")]
-        return np.array([*self.of("inside").mean(axis=0), off.mean(), *rs])
+    def apart(self) -> FloatArray:
+        """Mm inside, left and right; of our outline and our width, less that read."""
+        longer = [np.mean(self.of(name) - self.of("read")) for name in ("outline", "width")]
+        return np.array([*self.of("inside").mean(axis=0), *longer])
+
+    @property
+    def correlations(self) -> FloatArray:
+        """Of our width and the detector's with that read; with that read and not turned."""
+        pairs = [(read, name) for read in ("read", "flat") for name in ("width", "detector")]
+        return np.array([correlation(self.of(name), self.of(read)) for read, name in pairs])
 
 
 def clips(runs: Path) -> dict[str, Clip]:
@@ -113,26 +128,28 @@ def clips(runs: Path) -> dict[str, Clip]:
 def lines(runs: Path) -> Iterator[str]:
     """A line for each clip, then means of both halves and of groups."""
     found = clips(runs)
-    yield "mm by which the outline ends within the corners; width less that read; r of widths"
-    yield "clip  frames   left  right   width   r ours  detector   read sd  readings differ"
+    yield "mm by which the outline ends within the corners; outline, width less that read"
+    yield "r with the width read, ours and the detector's; with that read and not turned"
+    yield "clip  frames; left, right; outline, width; r, r; r, r; sd of the width read; difference"
     for name, clip in found.items():
-        left, right, off, ours, detector = clip.figures
         differ = np.sqrt(np.mean(clip.of("differ") ** 2))
         yield (
-            f"{name}  {len(clip.frames):6} {left:+6.2f} {right:+6.2f}  {off:+6.2f}   {ours:6.3f}  "
-            f"{detector:8.3f}   {clip.of('read').std():7.1f}  {differ:15.1f}"
+            f"{name}  {len(clip.frames):6} {_row(clip.apart, clip.correlations)}  "
+            f"{clip.of('read').std():4.1f}  {differ:4.1f}"
         )
-    halves = {"p01 to p08": list(GROUPS)[:8], "p09 to p16": list(GROUPS)[8:], "all": list(GROUPS)}
+    groups = {"p01 to p08": list(GROUPS)[:8], "p09 to p16": list(GROUPS)[8:], "all": list(GROUPS)}
     for kind in (0, 1):
         for group in dict.fromkeys(g[kind] for g in GROUPS.values()):
             named = f"{('skin', 'lips')[kind]} {group}"
-            halves[named] = [n for n in GROUPS if GROUPS[n][kind] == group]
-    for title, names in halves.items():
-        figures = np.array([found[n].figures for n in names])
-        left, right, off = np.nanmean(figures[:, :3], axis=0)
-        ours, detector = np.nanmedian(figures[:, 3:], axis=0)
-        rs = f"r median: ours {ours:.3f}, detector {detector:.3f}"
-        yield f"{title}: {left:+.2f} {right:+.2f} {off:+.2f}; {rs}"
+            groups[named] = [n for n in GROUPS if GROUPS[n][kind] == group]
+    yield "means of clips; of r, medians"
+    for title, names in groups.items():
+        apart = np.mean([found[n].apart for n in names], axis=0)
+        yield f"{title}: {_row(apart, np.median([found[n].correlations for n in names], axis=0))}"
+
+
+def _row(apart: FloatArray, correlations: FloatArray) -> str:
+    return " ".join([f"{v:+6.2f}" for v in apart] + [f"{v:6.3f}" for v in correlations])
 
 
 if __name__ == "__main__":

@@ -86,6 +86,7 @@ def _gap(edges: FloatArray) -> FloatArray:
 
 
 def correlation(one: FloatArray, other: FloatArray) -> float:
+    """Pearson's r where both are finite; NaN of fewer than three, or where one is constant."""
     seen = np.isfinite(one) & np.isfinite(other)
     one, other = one[seen], other[seen]
     varied = len(one) > 2 and min(one.std(), other.std()) > 0

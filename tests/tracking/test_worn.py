@@ -152,6 +152,7 @@ def test_a_run_of_no_mouth_keeps_the_warning(folder):
     )
     run = abs_engine.track(video, worn=True, model=folder / "mouths.face", renderer="cpu")
     assert [line for line in run.warnings if line.startswith("no mouth is seen for sure")]
+    assert run.settings["remarks"] == run.warnings[0]
 
 
 def test_a_run_without_a_model_warns_once_and_keeps_it(folder, tmp_path, capsys):
