@@ -6,15 +6,15 @@ Run it by hand: `python tests/corner_agreement.py RUNS`, where RUNS holds one ru
 
 `data/lip_corners.csv` has the twelve frames of each clip in which `edge_agreement.py` compares
 edges. In each, both corners of the mouth, left and right as seen in the picture, were read twice,
-independently, without any outline in view: where the line between the lips ends and the red of both
-meets, not where a shadow or a crease goes on into the cheek. Coordinates are pixels of the video,
+independently, without any outline in view: the end of the line or opening between the lips, not
+of a shadow or a crease that goes on into the cheek. Coordinates are pixels of the video,
 NaN where a corner was turned away or too blurred; such frames are left out.
 
-A run's width is the distance of the points where upper and lower lip meet, the detector's that of
-the inner corners over that of the eyes; readers saw the outer ends. So they are compared by
-correlation. A width as read is lengthened by as much as the pose foreshortens the drawn one. That
-pose, and the size of a pixel, are the run's own, which favours its width; `flat` leaves the turn
-out.
+A run's width is the distance between the points where upper and lower lip meet; the detector's is
+that between the inner corners, divided by that between the eyes. Readers marked the outer ends, so
+widths are compared by correlation. A width as read is scaled up by the factor by which the pose
+foreshortens the drawn one. That pose, and the size of a pixel, are the run's own, which favours
+its width; `flat` leaves the turn out, though not the size of a pixel.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ class Frame:
     inside : (2,) float64, mm
         How far within the left and the right corner the outline ends, in the picture, not turned.
     width, outline, read, flat : float, mm
-        Of the run; between the ends of its outline; as read, turned to the front, and not turned.
+        The run's; between the ends of its outline; as read, turned to the front; and not turned.
     detector : float
-        The detector's width over its distance of the eyes.
+        The detector's width, divided by its distance between the eyes.
     differ : float, mm
         Width of the first reading less that of the second, in the picture.
     """
