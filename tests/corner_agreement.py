@@ -27,8 +27,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from edge_agreement import DATA, FloatArray, correlation, labels, seen_lips
-from people_agreement import GROUPS
+from edge_agreement import FloatArray, correlation, labels, seen_lips
+from people_agreement import DATA, PARTS
 
 from abs_engine.io.assets import load_speaker
 from abs_engine.tracking.record import load_run
@@ -137,13 +137,8 @@ def lines(runs: Path) -> Iterator[str]:
             f"{name}  {len(clip.frames):6} {_row(clip.apart, clip.correlations)}  "
             f"{clip.of('read').std():4.1f}  {differ:4.1f}"
         )
-    groups = {"p01 to p08": list(GROUPS)[:8], "p09 to p16": list(GROUPS)[8:], "all": list(GROUPS)}
-    for kind in (0, 1):
-        for group in dict.fromkeys(g[kind] for g in GROUPS.values()):
-            named = f"{('skin', 'lips')[kind]} {group}"
-            groups[named] = [n for n in GROUPS if GROUPS[n][kind] == group]
     yield "means of clips; of r, medians"
-    for title, names in groups.items():
+    for title, names in (PARTS | {"all": list(found)}).items():
         apart = np.mean([found[n].apart for n in names], axis=0)
         yield f"{title}: {_row(apart, np.median([found[n].correlations for n in names], axis=0))}"
 

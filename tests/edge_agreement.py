@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -25,14 +24,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from people_agreement import GROUPS
+from people_agreement import DATA, PARTS
 from scipy.spatial.transform import Rotation
 
 from abs_engine.io.assets import load_speaker
 from abs_engine.tracking.record import load_run
 
 FloatArray = NDArray[np.float64]
-DATA = Path(os.environ.get("ABS_ENGINE_DATA", "../shared/data")) / "people"
 LABELS = Path(__file__).parent / "data" / "lip_edges.csv"
 EDGES = ("top", "upper", "lower", "bottom")
 PARTED = 1.5
@@ -161,12 +159,7 @@ def lines(runs: Path) -> Iterator[str]:
             f"{name}  {clip.mm:5.2f} {_signed(off)} {off[2] - off[1]:+6.2f}  "
             f"{r[0]:7.3f}  {r[1]:8.3f}  {r[2]:8.3f}  {differ:5.1f}"
         )
-    halves = {"p01 to p08": list(GROUPS)[:8], "p09 to p16": list(GROUPS)[8:]}
-    for kind in (0, 1):
-        for group in dict.fromkeys(g[kind] for g in GROUPS.values()):
-            named = f"{('skin', 'lips')[kind]} {group}"
-            halves[named] = [n for n in GROUPS if GROUPS[n][kind] == group]
-    for title, names in halves.items():
+    for title, names in PARTS.items():
         offs = np.array([found[n].off for n in names])
         r = np.nanmedian([found[n].correlations for n in names], axis=0)
         off = np.nanmean(offs, axis=0)

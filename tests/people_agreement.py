@@ -42,6 +42,12 @@ GROUPS = {
     "p15": ("light", "low"),
     "p16": ("light", "high"),
 }
+PARTS = {"p01 to p08": list(GROUPS)[:8], "p09 to p16": list(GROUPS)[8:]} | {
+    f"{kind} {group}": [name for name in GROUPS if GROUPS[name][k] == group]
+    for k, kind in enumerate(("skin", "lips"))
+    for group in dict.fromkeys(g[k] for g in GROUPS.values())
+}
+"""Clips of each half, of each skin and of each contrast of lips."""
 
 
 @dataclass(frozen=True)
