@@ -16,6 +16,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from lip_border import slid_border
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.interpolate import RBFInterpolator
@@ -234,7 +235,8 @@ def population(ours: Speaker, scans: Speaker) -> Population:
         fields[1:, eye] = deltas[:, there].mean(axis=1)[:, None]
     fields = mirrored(vertices, fields, fields)
     some = np.sqrt((fields[1:] ** 2).sum(axis=2).mean(axis=1)) > LEAST
-    return _as_large(ours, Population(fields[0], fields[1:][some]))
+    slid = slid_border(ours, moved, scans, laid.theirs)
+    return _as_large(ours, Population(slid, fields[0], fields[1:][some]))
 
 
 def mirrored(vertices: FloatArray, fields: FloatArray, others: FloatArray) -> FloatArray:
@@ -254,9 +256,10 @@ def _as_large(ours: Speaker, found: Population) -> Population:
     factor = pupil_distance(ours, vertices) / pupil_distance(ours, average)
     lips = average[ours.lip_ring].mean(axis=0)
     sized = (average - lips) * factor + vertices[ours.lip_ring].mean(axis=0)
-    return Population(
-        (sized - vertices).astype(np.float16), (found.components * factor).astype(np.float16)
+    mean, components = (
+        found.slid.of(x).astype(np.float16) for x in (sized - vertices, found.components * factor)
     )
+    return Population(found.slid, mean, components)
 
 
 def pictures(
@@ -273,7 +276,7 @@ def pictures(
 def sheet(ours: Speaker, found: Population) -> NDArray[np.uint8]:
     """Our head and the average of the scans, each from three sides."""
     rows, camera, away = [], Camera.ideal((400, 400)), np.array([0.0, 0.0, 700.0])
-    for vertices in (ours.vertices, ours.vertices + found.mean):
+    for vertices in (ours.vertices, found.slid.of(ours.vertices) + found.mean):
         head = vertices.astype(np.float64)
         poses = [pose_of(ours, head, (0.0, 0.0, yaw), away) for yaw in (0.0, 0.6, 1.4)]
         rows.append(np.hstack(pictures(ours, head, poses, camera)))

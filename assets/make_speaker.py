@@ -51,6 +51,7 @@ def make_arrays(source: Source) -> dict[str, np.ndarray]:
         "identity": compact(identity),
         "people_names": np.array(list(PEOPLE)),
         "people": people_weights(names),
+        "lip_grid": head.lips.vertices.astype(np.int32),
         **landmarks(head),
     }
 

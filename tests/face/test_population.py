@@ -65,7 +65,7 @@ def test_the_average_head_has_its_pupils_as_far_apart():
 
 
 def test_an_unknown_person_is_expected_between_an_artists_head_and_people():
-    moved = average_person().vertices - SPEAKER.vertices
+    moved = average_person().vertices - load_population().slid.of(SPEAKER.vertices)
     np.testing.assert_allclose(moved, SHAPE.scanned * fields()[0], atol=1e-4)
 
 
@@ -96,7 +96,8 @@ def test_a_person_of_the_model_lies_within_what_is_expected():
 
 def test_a_file_of_another_mesh_is_refused(tmp_path, monkeypatch):
     found = load_population()
-    Population(found.mean[:-1], found.components[:, :-1]).save(tmp_path / "heads.npz")
+    other = Population(found.slid, found.mean[:-1], found.components[:, :-1])
+    other.save(tmp_path / "heads.npz")
     monkeypatch.setattr(population, "shipped", lambda name: tmp_path / "heads.npz")
     with pytest.raises(ModelFormatError, match="make it again with assets/make_population"):
         load_population.__wrapped__.__wrapped__()
@@ -107,3 +108,58 @@ def test_components_are_as_much_larger_as_the_head():
     usual, larger = (load_population().pooled(none, factor) for factor in (1.0, 1.1))
     np.testing.assert_allclose(larger, 1.1 * usual, rtol=1e-5)
     assert np.sqrt((usual**2).sum(axis=2).mean(axis=1)).min() > 0.05  # mm: none is empty
+
+
+def heights_beside_the_corner(vertices):
+    """Of the upper and of the lower lip a millimetre from the right corner, mm."""
+    ring, corners = SPEAKER.lip_ring, SPEAKER.landmarks["mouth_corners"]
+    left = int(np.flatnonzero(ring == corners[1])[0])
+    found = []
+    for half in (ring[: left + 1], np.r_[ring[:1], ring[:left:-1]]):
+        x, y, _ = (vertices[half] - vertices[corners[0]]).T
+        found.append(abs(np.interp(1.0, np.maximum.accumulate(x), y)))
+    return np.array(found)
+
+
+def test_the_lips_of_people_end_in_a_point_where_the_artists_are_blunt():
+    artists, peoples = (heights_beside_the_corner(v) for v in (V, average_person().vertices))
+    assert artists.min() > 3.0
+    assert peoples.max() < 2.5
+    middle = SPEAKER.landmarks["outer_lip_20"][[3, 9]]
+    moved = load_population().slid.of(V) - V
+    assert np.abs(moved[middle]).max() < 0.3  # lips stay as thick
+
+
+def test_vertices_slide_along_edges_of_the_surface():
+    slid = load_population().slid
+    faces = SPEAKER.faces
+    edges = {frozenset(e) for k in range(3) for e in faces[:, [k, (k + 1) % 3]].tolist()}
+    assert all(frozenset(pair) in edges for pair in slid.between.tolist())
+    assert np.abs(slid.of(V) - V).max() > 1.0
+
+
+def test_no_facet_of_the_mouth_turns_over_where_vertices_slide():
+    lips = np.isin(SPEAKER.faces, load_population().slid.slid).any(axis=1)
+
+    def normals(vertices):
+        one, two, three = (vertices[SPEAKER.faces[lips, k]] for k in range(3))
+        return np.cross(two - one, three - one)
+
+    assert (np.sum(normals(V) * normals(average_person().vertices), axis=1) > 0).all()
+
+
+def test_both_sides_of_the_lips_slide_alike():
+    other_side = np.array([-1.0, 1.0, 1.0])
+    across = cKDTree(V).query(V * other_side)[1]
+    moved = load_population().slid.of(V) - V
+    np.testing.assert_allclose(moved, moved[across] * other_side, atol=0.02)
+
+
+def test_what_moves_a_head_slides_with_it():
+    """A unit opens a person's jaw as far as it opens the artist's, on the same surface."""
+    slid, person = load_population().slid, average_person()
+    k = SPEAKER.unit_names.index("jawOpen")
+    opened = SPEAKER.vertices + SPEAKER.units[k]
+    np.testing.assert_allclose(
+        slid.of(SPEAKER.vertices) + person.units[k], slid.of(opened), atol=0.02
+    )

@@ -1,30 +1,61 @@
 """Real people's heads: how their average and their spread differ from an artist's head.
 
 Components of a face model that was made after scans (Li et al., "Learning Formation of
-Physically-Based Face Attributes", CVPR 2020), carried over to the bundled head's mesh.
+Physically-Based Face Attributes", CVPR 2020), carried over to the bundled head's mesh. Its lips end
+where that model's do: the artist's are blunt at the corners of the mouth.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.threads import kept
 from abs_engine.face.settings.shape import SHAPE
-from abs_engine.io.arrays import Layout, real
+from abs_engine.io.arrays import Layout, index, real
 from abs_engine.io.assets import Speaker, load_speaker, shipped
 from abs_engine.io.npz import read_npz
 
-FORMAT, VERSION = "abs_engine.population", 1
+FORMAT, VERSION = "abs_engine.population", 2
 HEADS = "population/heads.npz"
 _AGAIN = "make it again with assets/make_population.py"
 _LAYOUT: Layout = {
     "mean": real("V", 3, dtype=np.float16),
     "components": real("K", "V", 3, dtype=np.float16),
+    "slid": index("V", "N"),
+    "between": index("V", "N", 2),
+    "share": real("N", low=0.0, high=1.0, dtype=np.float32),
 }
+
+
+@dataclass(frozen=True, eq=False)
+class Slid:
+    """Vertices of the bundled head that lie elsewhere on its surface, so that lips end as people's.
+
+    Parameters
+    ----------
+    slid : (N,) int32
+        These vertices.
+    between : (N, 2) int32
+        The two between which each lies.
+    share : (N,) float32
+        How far from the first to the second, 0 to 1.
+    """
+
+    slid: NDArray[np.int32]
+    between: NDArray[np.int32]
+    share: NDArray[np.float32]
+
+    def of(self, values: NDArray[np.floating]) -> NDArray[Any]:
+        """Vertices (V, 3), mm, or displacements (..., V, 3) of them, after they slid."""
+        one, other = (values[..., side, :].astype(np.float32) for side in self.between.T)
+        out = values.copy()
+        out[..., self.slid, :] = one + self.share[:, None] * (other - one)
+        return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +64,8 @@ class Population:
 
     Parameters
     ----------
+    slid : Slid
+        Where vertices lie on the bundled head before they are displaced.
     mean : (V, 3) float16, mm
         From the bundled head to people's average head, the pupils as far apart.
     components : (K, V, 3) float16, mm
@@ -40,12 +73,14 @@ class Population:
         alike, since other modes let these differ.
     """
 
+    slid: Slid
     mean: NDArray[np.float16]
     components: NDArray[np.float16]
 
     def save(self, path: Path) -> None:
         """Write an ``.npz`` that `load_population` reads."""
-        np.savez_compressed(path, format=FORMAT, version=VERSION, **vars(self))
+        arrays = {"mean": self.mean, "components": self.components, **vars(self.slid)}
+        np.savez_compressed(path, format=FORMAT, version=VERSION, **arrays)
 
     def pooled(self, modes: NDArray[np.float32], factor: float) -> NDArray[np.float32]:
         """Modes (M, V, 3) of an artist's heads, mm, and people's at a size, (M + K, V, 3).
@@ -71,21 +106,29 @@ def load_population() -> Population:
     """
     vertices = len(load_speaker().vertices)
     data = read_npz(shipped(HEADS), FORMAT, VERSION, _LAYOUT, _AGAIN, V=vertices)
-    return Population(data["mean"], data["components"])
+    slid = Slid(data["slid"], data["between"], data["share"])
+    return Population(slid, data["mean"], data["components"])
 
 
 @kept
 def average_person() -> Speaker:
     """The bundled head, moved a share `SHAPE.scanned` of the way to people's average head.
 
+    Its lips end where people's do.
+
     Raises
     ------
     InputFileError, ModelFormatError
         As `load_population`.
     """
-    speaker = load_speaker()
-    moved = np.float32(SHAPE.scanned) * load_population().mean.astype(np.float32)
-    return replace(speaker, vertices=speaker.vertices + moved)
+    speaker, people = load_speaker(), load_population()
+    moved = np.float32(SHAPE.scanned) * people.mean.astype(np.float32)
+    return replace(
+        speaker,
+        vertices=people.slid.of(speaker.vertices) + moved,
+        units=people.slid.of(speaker.units),
+        identity=people.slid.of(speaker.identity),
+    )
 
 
 def expected(speaker: Speaker) -> bool:
