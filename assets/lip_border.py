@@ -25,6 +25,11 @@ STEP = 0.05
 """Of a ring, in which the border is looked for."""
 MESH = 2.0
 """Vertices along the other border over which the steps of its mesh are smoothed (deviation)."""
+KEPT, FREE = 0.35, 0.55
+"""Of half the mouth's width: nearer to its middle the border stays, farther out it moves wholly.
+
+In between more and more. The smoothed border has lost its Cupid's bow.
+"""
 
 
 def lip_grid() -> NDArray[np.int32]:
@@ -54,7 +59,9 @@ def slid_border(ours: Speaker, laid: FloatArray, other: Speaker, there: FloatArr
     now = (grid == ours.lip_ring).argmax(axis=0)
     outline = _smooth(there[other.lip_ring], _left(other))[:, :2].astype(np.float32)
     wanted = [_leaves(laid[grid[: HELD + 1, k], :2], outline) for k in range(grid.shape[1])]
-    return _moved(grid, now, _alike(np.array(wanted), now, _left(ours)))
+    across = np.abs(laid[ours.lip_ring, 0])
+    moves = np.clip((across / across[0] - KEPT) / (FREE - KEPT), 0.0, 1.0)
+    return _moved(grid, now, _alike(now + moves * (wanted - now), now, _left(ours)))
 
 
 def _left(head: Speaker) -> int:

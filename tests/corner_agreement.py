@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -44,6 +44,8 @@ class Frame:
     ----------
     inside : (2,) float64, mm
         How far within the left and the right corner the outline ends, in the picture, not turned.
+    meeting : (2,) float64, mm
+        How far within and below the corners the points lie where upper and lower lip meet, mean.
     width, outline, read, flat : float, mm
         The run's; between the ends of its outline; as read, turned to the front; and not turned.
     detector : float
@@ -53,6 +55,7 @@ class Frame:
     """
 
     inside: FloatArray
+    meeting: FloatArray
     width: float
     outline: float
     read: float
@@ -62,9 +65,11 @@ class Frame:
 
 
 def frame_of(
-    run: dict[str, Any], row: dict[str, float], ring: int, detector: float | None
+    run: dict[str, Any], row: dict[str, float], marks: Mapping[str, Any], detector: float | None
 ) -> Frame | None:
     """A frame of a run beside the readings; None where either lacks a corner."""
+    border = list(marks["outer_lip"])
+    ring, meet = len(border), [border.index(v) for v in marks["mouth_corners"]]
     at = int(row["frame"])
     ends = [
         np.array([[row[f"{s}_{x}_{n}"] for x in "xy"] for s in ("left", "right")]) for n in "ab"
@@ -76,12 +81,16 @@ def frame_of(
     long = float(np.hypot(*(right - left)))
     axis = (right - left) / long
     along = pixels[:ring] @ axis
+    inner, outer = pixels[meet]
+    within = 0.5 * ((inner - left) - (outer - right)) @ axis
+    below = 0.5 * ((inner - left) + (outer - right)) @ [-axis[1], axis[0]]
     first, last = np.argmin(along), np.argmax(along)
     outline = np.linalg.norm(lips[last] - lips[first])
     facing = outline / np.hypot(*(pixels[last] - pixels[first]))
     widths = [np.hypot(*(two - one)) for one, two in ends]
     return Frame(
         mm * np.array([along[first] - left @ axis, right @ axis - along[last]]),
+        mm * np.array([within, below]),
         float(run["width"][at]),
         float(outline),
         float(long * facing),
@@ -103,9 +112,10 @@ class Clip:
 
     @property
     def apart(self) -> FloatArray:
-        """Mm inside, left and right; of our outline and our width, less that read."""
+        """Mm inside, left and right; inside, below; our outline and width, less that read."""
         longer = [np.mean(self.of(name) - self.of("read")) for name in ("outline", "width")]
-        return np.array([*self.of("inside").mean(axis=0), *longer])
+        ends = (self.of(name).mean(axis=0) for name in ("inside", "meeting"))
+        return np.array([*np.concatenate(list(ends)), *longer])
 
     @property
     def correlations(self) -> FloatArray:
@@ -117,10 +127,10 @@ class Clip:
 def clips(runs: Path) -> dict[str, Clip]:
     """The compared frames of each clip."""
     curves = json.loads((DATA / "mediapipe.json").read_text())["clips"]
-    ring, found = len(load_speaker().landmarks["outer_lip"]), {}
+    marks, found = load_speaker().landmarks, {}
     for name, rows in labels(LABELS).items():
         run, seen = dict(load_run(runs / name)), curves[name]["width"]
-        frames = [frame_of(run, row, ring, seen[int(row["frame"])]) for row in rows]
+        frames = [frame_of(run, row, marks, seen[int(row["frame"])]) for row in rows]
         found[name] = Clip([f for f in frames if f is not None])
     return found
 
@@ -128,9 +138,10 @@ def clips(runs: Path) -> dict[str, Clip]:
 def lines(runs: Path) -> Iterator[str]:
     """A line for each clip, then means of both halves and of groups."""
     found = clips(runs)
-    yield "mm by which the outline ends within the corners; outline, width less that read"
+    yield "mm by which the outline ends within the corners; by which the points where lips meet"
+    yield "lie within and below them; outline, width less that read"
     yield "r with the width read, ours and the detector's; with that read and not turned"
-    yield "clip  frames; left, right; outline, width; r, r; r, r; sd of the width read; difference"
+    yield "clip  frames; left, right; within, below; outline, width; r, r; r, r; sd read; differ"
     for name, clip in found.items():
         differ = np.sqrt(np.mean(clip.of("differ") ** 2))
         yield (
