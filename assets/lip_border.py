@@ -106,18 +106,14 @@ def _alike(wanted: FloatArray, now: IntArray, left: int) -> FloatArray:
 
 def _moved(grid: IntArray, now: IntArray, wanted: FloatArray) -> Slid:
     """Vertices that move as their border does from `now` to `wanted` (S,), rings of each spoke."""
-    ends = np.arange(HELD + 1.0)
-    at = np.array(
-        [
-            np.interp(ends, *((0, HELD), (0, HELD)) if n == w else ((0, n, HELD), (0, w, HELD)))
-            if n
-            else np.interp(ends, (0, HELD), (w, HELD))
-            for n, w in zip(now, wanted, strict=True)
-        ]
-    ).T
-    rings, spokes = np.nonzero(np.abs(at - ends[:, None]) > 0)
-    place = at[rings, spokes]
+    rings = np.arange(HELD + 1.0)
+    at = np.empty((len(rings), len(now)))
+    for k, (before, after) in enumerate(zip(now, wanted, strict=True)):
+        ends = np.array([[0.0, 0.0], [before, after], [HELD, HELD]])
+        at[:, k] = np.interp(rings, *ends[1 if before == 0 else 0 :].T)
+    ring, spoke = np.nonzero(np.abs(at - rings[:, None]) > 1e-9)
+    place = at[ring, spoke]
     inner = np.minimum(place.astype(int), HELD - 1)
-    between = np.column_stack([grid[inner, spokes], grid[inner + 1, spokes]])
+    between = np.column_stack([grid[inner, spoke], grid[inner + 1, spoke]])
     share = (place - inner).astype(np.float32)
-    return Slid(grid[rings, spokes].astype(np.int32), between.astype(np.int32), share)
+    return Slid(grid[ring, spoke].astype(np.int32), between.astype(np.int32), share)
