@@ -12,6 +12,7 @@ from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import principal_shapes
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units, sample_postures
 from abs_engine.face.shape.postures import Postures, recorded_postures
+from abs_engine.face.shape.population import average_person
 from abs_engine.face.shape.scanned_units import unit_differences
 from abs_engine.io.assets import load_speaker
 
@@ -180,7 +181,7 @@ def test_generators_that_a_share_of_the_postures_has_again_have_the_moments_of_s
 
 
 def test_lips_of_anybody_move_by_the_units_of_scans_in_a_share_of_the_postures():
-    speaker, names = load_speaker(), mouth_units()
+    speaker, names = average_person(), mouth_units()
     lips = speaker.lip_ring
     shape = mouth_shape(speaker, speaker.vertices, 20, anybody=True)
     moments = recorded_postures(names).pooled(Postures.of(sample_postures(4000, 0)), SHAPE.recorded)

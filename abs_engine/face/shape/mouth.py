@@ -53,7 +53,7 @@ def mouth_shape(
         The person's neutral vertices.
     n_modes : int
     anybody : bool
-        Whether this is not the person's own head; only the bundled head, or one of its mesh and
+        Whether this is not the person's own head; only the `average_person`, or it at another
         size, may be anybody's.
 
     Returns

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ModelFormatError
+from abs_engine.face.shape.population import average_person
 from abs_engine.io.arrays import Layout, real, text
 from abs_engine.io.assets import load_speaker, shipped
 from abs_engine.io.npz import read_npz
@@ -35,9 +36,10 @@ def save_units(path: Path, names: Sequence[str], differences: NDArray[np.floatin
 
 
 def unit_differences(names: Sequence[str]) -> NDArray[np.float32]:
-    """Differences of the units of scans from the bundled head's own, at its size.
+    """Differences of the units of scans from those of the `average_person`, at that size.
 
-    See ``assets/population/PROVENANCE.md``.
+    See ``assets/population/PROVENANCE.md``. The file has them from the bundled head's: its border
+    of the lips moves there as that of the scans, on which the average person's lies.
 
     Parameters
     ----------
@@ -55,10 +57,13 @@ def unit_differences(names: Sequence[str]) -> NDArray[np.float32]:
     ModelFormatError
         If it has another layout, or lacks a unit.
     """
+    artist = load_speaker()
     path = shipped(UNITS)
-    data = read_npz(path, FORMAT, VERSION, _LAYOUT, _AGAIN, V=len(load_speaker().vertices))
+    data = read_npz(path, FORMAT, VERSION, _LAYOUT, _AGAIN, V=len(artist.vertices))
     known = {str(name): k for k, name in enumerate(data["unit_names"])}
     missing = [name for name in names if name not in known]
     if missing:
         raise ModelFormatError(f"{path} says nothing of {missing[0]}", _AGAIN)
-    return np.asarray(data["differences"][[known[name] for name in names]], np.float32)
+    differences = np.asarray(data["differences"][[known[name] for name in names]], np.float32)
+    asked = tuple(names)
+    return differences + (artist.unit_matrix(asked) - average_person().unit_matrix(asked))
