@@ -11,8 +11,8 @@ from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterEr
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import principal_shapes
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units, sample_postures
-from abs_engine.face.shape.postures import Postures, recorded_postures
 from abs_engine.face.shape.population import average_person
+from abs_engine.face.shape.postures import Postures, recorded_postures
 from abs_engine.face.shape.scanned_units import unit_differences
 from abs_engine.io.assets import load_speaker
 
