@@ -2,8 +2,8 @@
 
 The artist's lips are as high beside the corners of the mouth as a little farther in; people's end
 in a point. The head is laid on an average head of scans, and on each spoke of the lips' grid the
-border moves to where that head's lies. Vertices between move with it; the surface, and how it moves
-with people and postures, stays as it was.
+border moves to where that head's lies. Vertices on both sides of it move, too, along the edges of
+the mesh; the surface stays, to the size of a facet.
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.face.shape.population import Slid
+from abs_engine.face.shape.population import Slide
 from abs_engine.io.assets import Speaker, shipped
 
 IntArray = NDArray[np.integer]
 
 HELD = 7
-"""First ring of the grid that stays: about where closed lips turn inwards."""
+"""First ring of the grid that stays, with all farther in: about where closed lips turn inwards."""
 STEP = 0.05
-"""Of a ring, in which the border is looked for."""
+"""Part of a ring: how finely the border is looked for."""
 MESH = 2.0
 """Vertices along the other border over which the steps of its mesh are smoothed (deviation)."""
 KEPT, FREE = 0.35, 0.55
 """Of half the mouth's width: nearer to its middle the border stays, farther out it moves wholly.
 
-In between more and more. The smoothed border has lost its Cupid's bow.
+In between more and more. The other border, smoothed, has lost its Cupid's bow.
 """
 
 
@@ -41,8 +41,10 @@ def lip_grid() -> NDArray[np.int32]:
         return np.asarray(head["lip_grid"], np.int32)
 
 
-def slid_border(ours: Speaker, laid: FloatArray, other: Speaker, there: FloatArray) -> Slid:
-    """How the bundled head's vertices slide.
+def slid_border(ours: Speaker, laid: FloatArray, other: Speaker, there: FloatArray) -> Slide:
+    """How the bundled head's vertices slide, so that its border of the lips lies on another head's.
+
+    Spokes of the grid and both borders begin at the right corner and go along the upper lip.
 
     Parameters
     ----------
@@ -92,7 +94,7 @@ def _leaves(spoke: FloatArray, outline: NDArray[np.float32]) -> float:
 
 
 def _alike(wanted: FloatArray, now: IntArray, left: int) -> FloatArray:
-    """Rings of the border (S,), both sides alike and smooth, never farther out than it is now."""
+    """Rings of the border (S,), both sides alike and smooth, between now and those of corners."""
     corners = [0, left]
     other = (left - np.arange(len(wanted))) % len(wanted)
     rings = np.clip(0.5 * (wanted + wanted[other]), now, now[corners].min())
@@ -104,7 +106,7 @@ def _alike(wanted: FloatArray, now: IntArray, left: int) -> FloatArray:
     return rings
 
 
-def _moved(grid: IntArray, now: IntArray, wanted: FloatArray) -> Slid:
+def _moved(grid: IntArray, now: IntArray, wanted: FloatArray) -> Slide:
     """Vertices that move as their border does from `now` to `wanted` (S,), rings of each spoke."""
     rings = np.arange(HELD + 1.0)
     at = np.empty((len(rings), len(now)))
@@ -116,4 +118,4 @@ def _moved(grid: IntArray, now: IntArray, wanted: FloatArray) -> Slid:
     inner = np.minimum(place.astype(int), HELD - 1)
     between = np.column_stack([grid[inner, spoke], grid[inner + 1, spoke]])
     share = (place - inner).astype(np.float32)
-    return Slid(grid[ring, spoke].astype(np.int32), between.astype(np.int32), share)
+    return Slide(grid[ring, spoke].astype(np.int32), between.astype(np.int32), share)

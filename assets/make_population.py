@@ -2,7 +2,8 @@
 
 Usage: ``abs-engine import FOLDER -o ict.face``, with the folder that ``population/PROVENANCE.md``
 names, then ``python assets/make_population.py ict.face [OUTPUT_FOLDER]``. The bundled head is laid
-on the model's average head, and the model's components go along as smooth fields. It writes
+on the model's average head, and the model's components go along as smooth fields; lips end where
+the model's do (`lip_border.py`). It writes
 ``heads.npz``, and with ``--sheet PICTURE`` both heads from three sides. It takes a minute.
 """
 
@@ -235,8 +236,8 @@ def population(ours: Speaker, scans: Speaker) -> Population:
         fields[1:, eye] = deltas[:, there].mean(axis=1)[:, None]
     fields = mirrored(vertices, fields, fields)
     some = np.sqrt((fields[1:] ** 2).sum(axis=2).mean(axis=1)) > LEAST
-    slid = slid_border(ours, moved, scans, laid.theirs)
-    return _as_large(ours, Population(slid, fields[0], fields[1:][some]))
+    slide = slid_border(ours, moved, scans, laid.theirs)
+    return _as_large(ours, Population(slide, fields[0], fields[1:][some]))
 
 
 def mirrored(vertices: FloatArray, fields: FloatArray, others: FloatArray) -> FloatArray:
@@ -257,9 +258,9 @@ def _as_large(ours: Speaker, found: Population) -> Population:
     lips = average[ours.lip_ring].mean(axis=0)
     sized = (average - lips) * factor + vertices[ours.lip_ring].mean(axis=0)
     mean, components = (
-        found.slid.of(x).astype(np.float16) for x in (sized - vertices, found.components * factor)
+        found.slide.of(x).astype(np.float16) for x in (sized - vertices, found.components * factor)
     )
-    return Population(found.slid, mean, components)
+    return Population(found.slide, mean, components)
 
 
 def pictures(
@@ -276,7 +277,7 @@ def pictures(
 def sheet(ours: Speaker, found: Population) -> NDArray[np.uint8]:
     """Our head and the average of the scans, each from three sides."""
     rows, camera, away = [], Camera.ideal((400, 400)), np.array([0.0, 0.0, 700.0])
-    for vertices in (ours.vertices, found.slid.of(ours.vertices) + found.mean):
+    for vertices in (ours.vertices, found.slide.of(ours.vertices) + found.mean):
         head = vertices.astype(np.float64)
         poses = [pose_of(ours, head, (0.0, 0.0, yaw), away) for yaw in (0.0, 0.6, 1.4)]
         rows.append(np.hstack(pictures(ours, head, poses, camera)))

@@ -12,8 +12,8 @@ NaN where a corner was turned away or too blurred; such frames are left out.
 
 A run's width is the distance between the points where upper and lower lip meet; the detector's is
 that between the inner corners, divided by that between the eyes. Readers marked the outer ends, so
-widths are compared by correlation. A width as read is scaled up by the factor by which the pose
-foreshortens the drawn one. That pose, and the size of a pixel, are the run's own, which favours
+widths are above all compared by correlation. A width as read is scaled up by the factor by which
+the pose foreshortens the drawn one. That pose, and the size of a pixel, are the run's own, which favours
 its width; `flat` leaves the turn out, though not the size of a pixel.
 """
 
@@ -45,7 +45,7 @@ class Frame:
     inside : (2,) float64, mm
         How far within the left and the right corner the outline ends, in the picture, not turned.
     meeting : (2,) float64, mm
-        How far within and below the corners the points lie where upper and lower lip meet, mean.
+        How far within and below the corners the points lie where the lips meet, mean of both sides.
     width, outline, read, flat : float, mm
         The run's; between the ends of its outline; as read, turned to the front; and not turned.
     detector : float
@@ -81,9 +81,9 @@ def frame_of(
     long = float(np.hypot(*(right - left)))
     axis = (right - left) / long
     along = pixels[:ring] @ axis
-    inner, outer = pixels[meet]
-    within = 0.5 * ((inner - left) - (outer - right)) @ axis
-    below = 0.5 * ((inner - left) + (outer - right)) @ [-axis[1], axis[0]]
+    one, other = pixels[meet]
+    within = 0.5 * ((one - left) - (other - right)) @ axis
+    below = 0.5 * ((one - left) + (other - right)) @ [-axis[1], axis[0]]
     first, last = np.argmin(along), np.argmax(along)
     outline = np.linalg.norm(lips[last] - lips[first])
     facing = outline / np.hypot(*(pixels[last] - pixels[first]))
@@ -138,8 +138,8 @@ def clips(runs: Path) -> dict[str, Clip]:
 def lines(runs: Path) -> Iterator[str]:
     """A line for each clip, then means of both halves and of groups."""
     found = clips(runs)
-    yield "mm by which the outline ends within the corners; by which the points where lips meet"
-    yield "lie within and below them; outline, width less that read"
+    yield "mm: how far within the corners the outline ends; within and below them lie the points"
+    yield "where the lips meet; outline and width less the width read"
     yield "r with the width read, ours and the detector's; with that read and not turned"
     yield "clip  frames; left, right; within, below; outline, width; r, r; r, r; sd read; differ"
     for name, clip in found.items():

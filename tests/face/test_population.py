@@ -65,7 +65,7 @@ def test_the_average_head_has_its_pupils_as_far_apart():
 
 
 def test_an_unknown_person_is_expected_between_an_artists_head_and_people():
-    moved = average_person().vertices - load_population().slid.of(SPEAKER.vertices)
+    moved = average_person().vertices - load_population().slide.of(SPEAKER.vertices)
     np.testing.assert_allclose(moved, SHAPE.scanned * fields()[0], atol=1e-4)
 
 
@@ -96,8 +96,8 @@ def test_a_person_of_the_model_lies_within_what_is_expected():
 
 def test_a_file_of_another_mesh_is_refused(tmp_path, monkeypatch):
     found = load_population()
-    other = Population(found.slid, found.mean[:-1], found.components[:, :-1])
-    other.save(tmp_path / "heads.npz")
+    short = Population(found.slide, found.mean[:-1], found.components[:, :-1])
+    short.save(tmp_path / "heads.npz")
     monkeypatch.setattr(population, "shipped", lambda name: tmp_path / "heads.npz")
     with pytest.raises(ModelFormatError, match="make it again with assets/make_population"):
         load_population.__wrapped__.__wrapped__()
@@ -126,23 +126,24 @@ def test_the_lips_of_people_end_in_a_point_where_the_artists_are_blunt():
     assert artists.min() > 3.0
     assert peoples.max() < 2.5
     middle = SPEAKER.landmarks["outer_lip_20"][[3, 9]]
-    moved = load_population().slid.of(V) - V
-    assert np.abs(moved[middle]).max() < 0.3  # lips stay as thick
+    moved = load_population().slide.of(V) - V
+    assert np.abs(moved[middle]).max() < 0.05  # lips stay as thick
 
 
 def test_vertices_slide_along_edges_of_the_surface():
-    slid = load_population().slid
+    slide = load_population().slide
     faces = SPEAKER.faces
     edges = {frozenset(e) for k in range(3) for e in faces[:, [k, (k + 1) % 3]].tolist()}
-    assert all(frozenset(pair) in edges for pair in slid.between.tolist())
-    assert np.abs(slid.of(V) - V).max() > 1.0
+    assert all(frozenset(pair) in edges for pair in slide.between.tolist())
+    moved = np.linalg.norm(slide.of(V) - V, axis=1)
+    assert 1.0 < moved.max() < 4.0
 
 
 def test_no_facet_of_the_mouth_turns_over_where_vertices_slide():
-    lips = np.isin(SPEAKER.faces, load_population().slid.slid).any(axis=1)
+    near = np.isin(SPEAKER.faces, load_population().slide.vertices).any(axis=1)
 
     def normals(vertices):
-        one, two, three = (vertices[SPEAKER.faces[lips, k]] for k in range(3))
+        one, two, three = (vertices[SPEAKER.faces[near, k]] for k in range(3))
         return np.cross(two - one, three - one)
 
     assert (np.sum(normals(V) * normals(average_person().vertices), axis=1) > 0).all()
@@ -151,15 +152,16 @@ def test_no_facet_of_the_mouth_turns_over_where_vertices_slide():
 def test_both_sides_of_the_lips_slide_alike():
     other_side = np.array([-1.0, 1.0, 1.0])
     across = cKDTree(V).query(V * other_side)[1]
-    moved = load_population().slid.of(V) - V
+    moved = load_population().slide.of(V) - V
     np.testing.assert_allclose(moved, moved[across] * other_side, atol=0.02)
 
 
 def test_what_moves_a_head_slides_with_it():
     """A unit opens a person's jaw as far as it opens the artist's, on the same surface."""
-    slid, person = load_population().slid, average_person()
+    slide, person = load_population().slide, average_person()
     k = SPEAKER.unit_names.index("jawOpen")
     opened = SPEAKER.vertices + SPEAKER.units[k]
     np.testing.assert_allclose(
-        slid.of(SPEAKER.vertices) + person.units[k], slid.of(opened), atol=0.02
+        slide.of(SPEAKER.vertices) + person.units[k], slide.of(opened), atol=0.02
     )
+    np.testing.assert_array_equal(person.identity, slide.of(SPEAKER.identity))

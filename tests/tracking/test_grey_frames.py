@@ -21,7 +21,7 @@ def grey_of(image: np.ndarray) -> np.ndarray:
 
 
 def truth() -> list[float]:
-    """The apertures that are drawn, mm."""
+    """The drawn apertures, mm; those that colours find err themselves."""
     points = np.concatenate([speaker().landmarks[k] for k in ("outer_lip_20", "inner_lip_8")])
     return [lip_aperture(vertices_of("clara", jawOpen=amount)[points]) for amount in AMOUNTS]
 

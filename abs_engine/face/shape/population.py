@@ -1,8 +1,8 @@
 """Real people's heads: how their average and their spread differ from an artist's head.
 
 Components of a face model that was made after scans (Li et al., "Learning Formation of
-Physically-Based Face Attributes", CVPR 2020), carried over to the bundled head's mesh. Its lips end
-where that model's do: the artist's are blunt at the corners of the mouth.
+Physically-Based Face Attributes", CVPR 2020), carried over to the bundled head's mesh. An
+unknown person's lips also end where that model's do: the artist's are blunt at the corners.
 """
 
 from __future__ import annotations
@@ -33,28 +33,28 @@ _LAYOUT: Layout = {
 
 
 @dataclass(frozen=True, eq=False)
-class Slid:
-    """Vertices of the bundled head that lie elsewhere on its surface, so that lips end as people's.
+class Slide:
+    """Where vertices of the bundled head slide to on its surface, so that lips end as people's.
 
     Parameters
     ----------
-    slid : (N,) int32
-        These vertices.
+    vertices : (N,) int32
+        Those that slide.
     between : (N, 2) int32
-        The two between which each lies.
+        The ends of the edge on which each lies then.
     share : (N,) float32
         How far from the first to the second, 0 to 1.
     """
 
-    slid: NDArray[np.int32]
+    vertices: NDArray[np.int32]
     between: NDArray[np.int32]
     share: NDArray[np.float32]
 
     def of(self, values: NDArray[np.floating]) -> NDArray[Any]:
-        """Vertices (V, 3), mm, or displacements (..., V, 3) of them, after they slid."""
+        """Vertices (V, 3), mm, or their displacements (..., V, 3), after sliding; of one dtype."""
         one, other = (values[..., side, :].astype(np.float32) for side in self.between.T)
         out = values.copy()
-        out[..., self.slid, :] = one + self.share[:, None] * (other - one)
+        out[..., self.vertices, :] = one + self.share[:, None] * (other - one)
         return out
 
 
@@ -64,23 +64,26 @@ class Population:
 
     Parameters
     ----------
-    slid : Slid
-        Where vertices lie on the bundled head before they are displaced.
+    slide : Slide
+        Where vertices of the bundled head lie before they are displaced.
     mean : (V, 3) float16, mm
-        From the bundled head to people's average head, the pupils as far apart.
+        From the bundled head, its vertices slid, to people's average head, the pupils as far apart.
     components : (K, V, 3) float16, mm
         Directions in which people differ, each one standard deviation long; both sides of a face
         alike, since other modes let these differ.
     """
 
-    slid: Slid
+    slide: Slide
     mean: NDArray[np.float16]
     components: NDArray[np.float16]
 
     def save(self, path: Path) -> None:
         """Write an ``.npz`` that `load_population` reads."""
-        arrays = {"mean": self.mean, "components": self.components, **vars(self.slid)}
-        np.savez_compressed(path, format=FORMAT, version=VERSION, **arrays)
+        slide = self.slide
+        np.savez_compressed(
+            path, format=FORMAT, version=VERSION, mean=self.mean, components=self.components,
+            slid=slide.vertices, between=slide.between, share=slide.share,
+        )  # fmt: skip
 
     def pooled(self, modes: NDArray[np.float32], factor: float) -> NDArray[np.float32]:
         """Modes (M, V, 3) of an artist's heads, mm, and people's at a size, (M + K, V, 3).
@@ -106,15 +109,15 @@ def load_population() -> Population:
     """
     vertices = len(load_speaker().vertices)
     data = read_npz(shipped(HEADS), FORMAT, VERSION, _LAYOUT, _AGAIN, V=vertices)
-    slid = Slid(data["slid"], data["between"], data["share"])
-    return Population(slid, data["mean"], data["components"])
+    slide = Slide(data["slid"], data["between"], data["share"])
+    return Population(slide, data["mean"], data["components"])
 
 
 @kept
 def average_person() -> Speaker:
     """The bundled head, moved a share `SHAPE.scanned` of the way to people's average head.
 
-    Its lips end where people's do.
+    Where its lips end is wholly people's.
 
     Raises
     ------
@@ -125,9 +128,9 @@ def average_person() -> Speaker:
     moved = np.float32(SHAPE.scanned) * people.mean.astype(np.float32)
     return replace(
         speaker,
-        vertices=people.slid.of(speaker.vertices) + moved,
-        units=people.slid.of(speaker.units),
-        identity=people.slid.of(speaker.identity),
+        vertices=people.slide.of(speaker.vertices) + moved,
+        units=people.slide.of(speaker.units),
+        identity=people.slide.of(speaker.identity),
     )
 
 
