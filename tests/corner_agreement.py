@@ -13,8 +13,8 @@ NaN where a corner was turned away or too blurred; such frames are left out.
 A run's width is the distance between the points where upper and lower lip meet; the detector's is
 that between the inner corners, divided by that between the eyes. Readers marked the outer ends, so
 widths are above all compared by correlation. A width as read is scaled up by the factor by which
-the pose foreshortens the drawn one. That pose, and the size of a pixel, are the run's own, which favours
-its width; `flat` leaves the turn out, though not the size of a pixel.
+the pose foreshortens the drawn one. That pose, and the size of a pixel, are the run's own, which
+favours its width; `flat` leaves the turn out, though not the size of a pixel.
 """
 
 from __future__ import annotations

@@ -74,9 +74,9 @@ class ShapeSettings:
     scanned : float, share
         Of an unknown person's prior that comes from a face model made after scans (ICT-FaceKit);
         the rest is the bundled head's, which an artist made. The mean lies as far from the one to
-        the other. Chosen of 0, 0.3 and 0.5 on eight films of ICT's heads (seed 1), whose rotation
-        is off by 1.6, 1.4 and 1.4 degrees, and on six films of the bundled people as unknown, whose
-        lips are off by 2.7, 2.8 and 2.9 mm.
+        the other; where lips end is wholly the model's. Chosen of 0, 0.3 and 0.5 on eight films of
+        ICT's heads (seed 1), whose rotation is off by 1.6, 1.4 and 1.4 degrees, and on six films
+        of the bundled people as unknown, whose lips are off by 2.7, 2.8 and 2.9 mm.
     identity_modes : int
         Directions of targets, smooth fields and people's components together that are kept.
         Measured: they hold 98 % of the variance that proportions leave of the first two, 99 % of
