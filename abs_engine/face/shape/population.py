@@ -34,7 +34,7 @@ _LAYOUT: Layout = {
 
 @dataclass(frozen=True, eq=False)
 class Slide:
-    """Where vertices of the bundled head slide to on its surface, so that lips end as people's.
+    """Vertices of the bundled head that slide on its surface, so that lips end as people's.
 
     Parameters
     ----------
