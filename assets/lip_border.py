@@ -99,10 +99,9 @@ def _alike(wanted: FloatArray, now: IntArray, left: int) -> FloatArray:
     other = (left - np.arange(len(wanted))) % len(wanted)
     rings = np.clip(0.5 * (wanted + wanted[other]), now, now[corners].min())
     for _ in range(2):
-        rings[corners] = now[corners]
         beside = 0.25 * (np.roll(rings, 1) + np.roll(rings, -1))
         rings = np.maximum(0.5 * rings + beside, now)
-    rings[corners] = now[corners]
+        rings[corners] = now[corners]
     return rings
 
 

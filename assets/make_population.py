@@ -3,8 +3,8 @@
 Usage: ``abs-engine import FOLDER -o ict.face``, with the folder that ``population/PROVENANCE.md``
 names, then ``python assets/make_population.py ict.face [OUTPUT_FOLDER]``. The bundled head is laid
 on the model's average head, and the model's components go along as smooth fields; lips end where
-the model's do (`lip_border.py`). It writes
-``heads.npz``, and with ``--sheet PICTURE`` both heads from three sides. It takes a minute.
+the model's do (`lip_border.py`). It writes ``heads.npz``, and with ``--sheet PICTURE`` both heads
+from three sides. It takes a minute.
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ from runs import write_kind
 
 import abs_engine
 from abs_engine.face.base import lip_aperture
+from abs_engine.face.rings import lip_rings
 from abs_engine.tracking.clip_setting import GREY
 
 AMOUNTS = (0.0, 0.15, 0.3, 0.05, 0.25)
@@ -22,7 +23,7 @@ def grey_of(image: np.ndarray) -> np.ndarray:
 
 def truth() -> list[float]:
     """The drawn apertures, mm; those that colours find err themselves."""
-    points = np.concatenate([speaker().landmarks[k] for k in ("outer_lip_20", "inner_lip_8")])
+    points = lip_rings(speaker())["points"]
     return [lip_aperture(vertices_of("clara", jawOpen=amount)[points]) for amount in AMOUNTS]
 
 
