@@ -159,7 +159,7 @@ def calibrate_placed(
             raise FaceNotFoundError(
                 "the landmarks that were seen are no face's", "give a video with a face"
             )
-        found = _round(head, placed, person, blur, known)
+        found = _round(head, placed, person, blur, known, chromatic)
         person, shape, shift = found.person, head.known(placed, found), shift + found.shift
         head = replace(head, textured=replace(head.textured, shift=shift))
     coloured = [frame for frame in head.frames(shape, seen) if not frame.grey]
@@ -216,6 +216,7 @@ def _round(
     person: FloatArray,
     blur: float,
     known: ColourClasses | None,
+    chromatic: bool,
 ) -> Calibration:
     """Colours, then postures, then one mouth and one correction of the poses; postures again."""
     model = head.model
@@ -223,7 +224,7 @@ def _round(
     deviation = SHIFT_DEVIATION * np.r_[np.ones(5), depth]
     vectors = np.stack([f.start(model.n_expression) for f in placed])
     stand = PlacedMouths(model, placed, head.camera, head.renderer, no_correction(), person)
-    classes = known or stand.learned(vectors, blur)
+    classes = known or stand.learned(vectors, blur, chromatic)
     terms = stand.terms(classes, vectors)
     vectors = stand.postures(terms, vectors)
 

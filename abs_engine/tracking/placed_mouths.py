@@ -96,8 +96,11 @@ class PlacedMouths:
         """Window about the mouth in a frame."""
         return mouth_window(self.model, self.base(k).base, self.camera, self.person)
 
-    def learned(self, vectors: FloatArray, blur: float) -> ColourClasses:
-        """The colours by where the mouths are drawn (N, 6 + P), blurred by `blur` mm."""
+    def learned(self, vectors: FloatArray, blur: float, chromatic: bool) -> ColourClasses:
+        """The colours by where the mouths are drawn (N, 6 + P), blurred by `blur` mm.
+
+        `chromatic` is whether the clip is in colour.
+        """
 
         def shown(k: int) -> tuple[NDArray[np.generic], FloatArray]:
             window = self.window(k)
@@ -106,7 +109,8 @@ class PlacedMouths:
 
         coloured = [k for k, frame in enumerate(self.placed) if not frame.grey]
         each = in_threads(shown, coloured, workers(self.renderer))
-        return learn_placed([patch for patch, _ in each], [places for _, places in each])
+        patches, places = zip(*each, strict=True)
+        return learn_placed(patches, places, chromatic)
 
     def _places(self, k: int, window: Window, vector: FloatArray, blur: float) -> FloatArray:
         """Probability that each of `PLACES` is seen at each drawn pixel, (4, H, W)."""

@@ -215,8 +215,9 @@ def mixed_with(skin: Mixture, lips: Sequence[Mixture]) -> tuple[Mixture, float]:
     """Skin with the colours in which it mixes with each lip, and by how much more frequent it is.
 
     Where lips turn to skin over several pixels, those in between count as lips if these vary more
-    than skin does, and the drawn lips grow by a pixel or two. Half-way from skin to a lip, skin is
-    now at least as dense. Lips with the skin's own chroma are left out.
+    than skin does, and the drawn lips grow by a pixel or two. A part of the way from skin to a lip
+    (`COLOURS.mixed_until`), skin is now at least as dense. Lips with the skin's own chroma are left
+    out.
 
     Parameters
     ----------
@@ -236,15 +237,15 @@ def _between(skin: Mixture, lip: Mixture) -> Mixture | None:
     """Colours that skin lacks of those that mix it with a lip; None if it lacks none."""
     lit, own = lip.part(slice(0, len(lip.weights) - 1)).as_one(), skin.weights @ skin.means
     way = lit.means[0] - own
-    middle = (own + 0.5 * way)[None]
-    lacking = lip.density(middle) - skin.density(middle)
+    border = (own + COLOURS.mixed_until * way)[None]
+    lacking = lip.density(border) - skin.density(border)
     if np.linalg.norm(way[:2]) < COLOURS.least_mixed or float(lacking[0]) <= 0:
         return None
     across = np.eye(3) - np.outer(way, way) / (way @ way)
     within = np.tensordot(lip.weights, lip.covariances, 1)
     spread = across @ within @ across + COLOURS.mixed_spread**2 * np.outer(way, way)
     one = Mixture(np.ones(1), (own + COLOURS.mixed_way * way)[None], spread[None])
-    return replace(one, weights=lacking / one.density(middle))
+    return replace(one, weights=lacking / one.density(border))
 
 
 def shaded(mixture: Mixture, amount: float) -> Mixture:

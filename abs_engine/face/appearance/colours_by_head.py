@@ -48,7 +48,7 @@ PLACE = np.array(COLOURS.lip_place)
 
 
 def learn_placed(
-    images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray]
+    images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray], chromatic: bool = True
 ) -> ColourClasses:
     """Skin, upper lip, lower lip, teeth and dark of a clip.
 
@@ -59,6 +59,9 @@ def learn_placed(
     images : sequence of (H, W, 3), RGB
     places : sequence of (4, H, W) float64
         Prior probability of each of `PLACES` at each pixel; the rest to 1 is "none of them".
+    chromatic : bool
+        Whether the clip is in colour: by brightness alone, what is between skin and lips may as
+        well be lit lips.
 
     Returns
     -------
@@ -89,7 +92,7 @@ def learn_placed(
     axis = border_axis(skin, both)
     told = {n: _told_apart(samples, prior, k, skin, each[n]) for k, n in enumerate(EACH_LIP, 1)}
     wide = {n: bordered(m, axis) for n, m in each.items()}
-    mixed, more = mixed_with(whole.mixtures["skin"], list(wide.values()))
+    mixed, more = mixed_with(whole.mixtures["skin"], list(wide.values()) if chromatic else [])
     return replace(
         whole,
         mixtures=whole.mixtures | wide | {"skin": mixed},
