@@ -305,6 +305,7 @@ def test_saved_classes_keep_each_lip_and_what_was_measured(tmp_path):
             )
     assert again.separability == red().separability
     assert again.agreement == 0.7
+    assert again.mixed == red().mixed
     np.testing.assert_array_equal(again.priors, red().priors)
 
 
@@ -339,6 +340,18 @@ def test_skin_coloured_teeth_within_the_lips_are_no_skin():
     assert within["teeth"] > 0.9 > within["lips"]
     half = patch(yellow, within=0.5)["skin"]
     assert 0 < half <= patch(yellow)["skin"]
+
+
+def test_the_edge_of_a_lip_is_no_tooth_within_the_outline():
+    images = [soft(seed) for seed in range(3)]
+    classes = learn_placed(images, [places()] * 3)
+    assert classes.mixed
+    between = flat(0.5 * np.array(SKIN) + 0.5 * np.array(LIPS))
+    place = MouthPlace(*(np.full((1, 1), v) for v in (0.5, 1.0, 0.0)))
+    lips, teeth = classes.probabilities(between, 0.0, place)[1:3, 0, 0]
+    taken, usual = replace(classes, mixed=0).probabilities(between, 0.0, place)[1:3, 0, 0]
+    assert teeth < 0.5 * usual
+    assert lips > taken
 
 
 def test_a_lip_of_the_skins_colour_stays_a_lip_within_its_outline():

@@ -19,7 +19,7 @@ from abs_engine.face.appearance.exposure import Exposure
 from abs_engine.face.appearance.mixture import Mixture
 from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.settings.colour import COLOURS
-from abs_engine.io.arrays import Layout, real, truth
+from abs_engine.io.arrays import Layout, real, truth, whole
 from abs_engine.io.npz import read_npz
 
 FORMAT, VERSION = "abs_engine.colours", 2  # 1: not learned from `chroma.matched` pixels
@@ -31,7 +31,7 @@ _PARTS: Layout = {
 LAYOUT: Layout = {
     "priors": real(len(CLASSES), low=0.0), "reference": real(low=0.0, high=255.0),
     "agreement": real(optional=True), "chromatic": truth(optional=True),
-    "saturated": real(optional=True), "luminance": real(optional=True),
+    "mixed": whole(optional=True), "saturated": real(optional=True), "luminance": real(optional=True),
     **{f"{name}_separability": real(optional=True) for name in EACH_LIP},
     **{
         f"{name}_{part}": replace(
@@ -69,6 +69,8 @@ class ColourClasses:
         Whether the clip is in colour: without it the classes differ in brightness alone.
     exposure : Exposure
         Of the face in the clip.
+    mixed : int
+        How many of the skin's components, the last ones, are colours in which it mixes with lips.
     """
 
     mixtures: dict[str, Mixture]
@@ -78,6 +80,7 @@ class ColourClasses:
     agreement: float = 1.0
     chromatic: bool = True
     exposure: Exposure = field(default_factory=Exposure)
+    mixed: int = 0
 
     @property
     def poor(self) -> bool:
@@ -135,7 +138,7 @@ class ColourClasses:
 
     @cached_property
     def _palette(self) -> Palette:
-        return Palette(self.mixtures, self.priors, self.reference, self.chromatic)
+        return Palette(self.mixtures, self.priors, self.reference, self.chromatic, self.mixed)
 
     def save(self, path: Path) -> None:
         """Write an ``.npz`` that `load` reads: for each class its weights, means, covariances.
@@ -156,7 +159,7 @@ class ColourClasses:
             for name in self.mixtures
             for part in _PARTS
         }
-        parts |= {"agreement": self.agreement, "chromatic": self.chromatic}
+        parts |= {"agreement": self.agreement, "chromatic": self.chromatic, "mixed": self.mixed}
         parts |= asdict(self.exposure)
         parts |= {f"{name}_separability": told for name, told in self.separability.items()}
         return {
@@ -195,9 +198,11 @@ class ColourClasses:
         chromatic = bool(data.get("chromatic", np.array(True)))
         known = [part.name for part in fields(Exposure) if part.name in data]
         exposure = Exposure(**{name: float(data[name]) for name in known})
-        if not all(mixture.sound for mixture in mixtures.values()):
+        mixed = int(data.get("mixed", np.array(0)))
+        fits = 0 <= mixed < len(mixtures["skin"].weights)
+        if not (fits and all(mixture.sound for mixture in mixtures.values())):
             raise ValueError("the colour classes do not fit together")
-        return cls(mixtures, priors, reference, told, agreement, chromatic, exposure)
+        return cls(mixtures, priors, reference, told, agreement, chromatic, exposure, mixed)
 
 
 def usable(classes: ColourClasses | None, chromatic: bool) -> ColourClasses | None:

@@ -20,7 +20,7 @@ from abs_engine.face.appearance.mixture import Mixture, Mixtures
 from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.settings.colour import COLOURS
 
-_LIPS, _TEETH, _DARK = (CLASSES.index(name) for name in ("lips", "teeth", "dark"))
+_SKIN, _LIPS, _TEETH, _DARK = map(CLASSES.index, ("skin", "lips", "teeth", "dark"))
 _LEAST = 1e-30  # below this a density counts as none
 
 
@@ -30,7 +30,7 @@ class Palette:
 
     Parameters
     ----------
-    mixtures, priors, reference, chromatic
+    mixtures, priors, reference, chromatic, mixed
         As `ColourClasses` has them.
     """
 
@@ -38,6 +38,7 @@ class Palette:
     priors: FloatArray
     reference: float
     chromatic: bool
+    mixed: int = 0
 
     def compared(self, image: NDArray[np.generic]) -> ComparedColours:
         """Pixels of an image (H, W, 3), RGB 0 to 255, beside every class."""
@@ -69,6 +70,14 @@ class Palette:
     def classes(self) -> Mixtures:
         """The mixtures of `CLASSES`."""
         return Mixtures(tuple(self.mixtures[name] for name in CLASSES))
+
+    def mixed_skin(self, samples: Float32Array) -> Float32Array:
+        """Weighted density, at samples (N, 3), of skin in the colours in which it mixes with lips."""
+        if not self.mixed:
+            return np.zeros(len(samples), np.float32)
+        skin, some = self.mixtures["skin"], slice(-self.mixed, None)
+        weight = np.float32(self.priors[_SKIN] * skin.weights[some].sum())
+        return np.asarray(weight * Mixtures((skin.part(some),)).densities(samples)[0], np.float32)
 
     @cached_property
     def lips(self) -> Mixtures | None:
@@ -137,7 +146,9 @@ class ComparedColours:
             lips = prior * (upper * above + (1 - upper) * below)
         # the chroma of what is darker yet says nothing
         black = (self.samples[:, 2] < self.palette.deep) * self.palette.black
-        teeth = teeth + np.float32(COLOURS.pale_teeth) * within * skin
+        # what looks like teeth in shade is skin as it is, not the edge of a lip
+        plain = np.maximum(skin - self.palette.mixed_skin(self._single), 0)
+        teeth = teeth + np.float32(COLOURS.pale_teeth) * within * plain
         return np.stack(
             [
                 skin * (1 - within), lips * elsewhere, teeth * elsewhere,

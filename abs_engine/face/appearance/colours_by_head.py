@@ -98,6 +98,7 @@ def learn_placed(
         mixtures=whole.mixtures | wide | {"skin": mixed},
         priors=whole.priors * np.r_[more, 1.0, 1.0, 1.0],
         separability=told,
+        mixed=len(mixed.weights) - len(whole.mixtures["skin"].weights),
     )
 
 
