@@ -244,7 +244,7 @@ READERS = (
            "capture.observations:read_observations", gaps=SEEN, free=("pixels",),
            empty=("pixels",)),
     Reader("colours", "colours.npz", whole.colours, "face.appearance.colour:ColourClasses.load",
-           unread=("classes",), optional=("agreement", "chromatic")),
+           unread=("classes",), optional=("agreement", "chromatic", "mixed")),
     Reader("truth of a clip", "truth.npz", whole.truth, "dataset.clip:load_clip", _folder,
            free=TRUE, empty=("identity_weights",)),
     Reader("offsets of a clip", "vertices/000000.npz", whole.offsets,

@@ -125,7 +125,7 @@ def colour_arrays() -> dict[str, Any]:
         parts[f"{name}_covariances"] = np.tile(np.eye(3), (2, 1, 1))
     return {
         "priors": np.array([1.0, 1.0, 0.5, 0.5]), "reference": 100.0, "agreement": 1.0,
-        "chromatic": True, **parts,
+        "chromatic": True, "mixed": 1, **parts,
     }  # fmt: skip
 
 
@@ -134,7 +134,7 @@ def colours(_: Path) -> bytes:
     return npz("abs_engine.colours", 2, classes=classes, **colour_arrays())
 
 
-COLOURS_SPARE = ("colours_agreement", "colours_chromatic")
+COLOURS_SPARE = ("colours_agreement", "colours_chromatic", "colours_mixed")
 
 
 def truth(_: Path) -> bytes:

@@ -104,6 +104,7 @@ def _density(
     teeth, dark = classes.priors[2:] / classes.priors[2:].sum()
     inside = teeth * of["teeth"] + dark * of["dark"]  # where teeth stand is not known
     of |= {"teeth": inside, "dark": inside}
+    of["skin"] = classes.priors[0] * of["skin"]  # more than 1 where it mixes with lips
     density = of["skin"].copy()
     for k, name in enumerate(model.colour_classes):
         if name is not None:

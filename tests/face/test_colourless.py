@@ -107,7 +107,7 @@ def test_a_face_beside_the_picture_says_nothing():
 
 
 def test_classes_keep_whether_the_clip_was_in_colour(tmp_path):
-    made = learn_placed([painted(seed=k) for k in range(3)], [places()] * 3)
+    made = learn_placed([painted(seed=k) for k in range(3)], [places()] * 3, chromatic=True)
     assert made.chromatic
     replace(made, chromatic=False).save(tmp_path / "colours.npz")
     assert not ColourClasses.load(tmp_path / "colours.npz").chromatic

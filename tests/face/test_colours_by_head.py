@@ -55,7 +55,7 @@ def places(large=1.0, blur=2.0):
 
 def learned(*colours, large=1.0, **more):
     images = [painted(*colours, large=large, seed=k, **more) for k in range(3)]
-    return learn_placed(images, [places(large)] * 3)
+    return learn_placed(images, [places(large)] * 3, chromatic=True)
 
 
 @cache
@@ -102,7 +102,7 @@ def shut_and_bared(shut):
         images.append(np.uint8(np.clip(cv2.GaussianBlur(colours, (0, 0), 0.7) + grain, 0, 255)))
         planes = np.stack([of == place for place in range(len(PLACES))]).astype(float)
         priors.append(0.95 * np.stack([cv2.GaussianBlur(p, (0, 0), 2.0) for p in planes]))
-    return learn_placed(images, priors)
+    return learn_placed(images, priors, chromatic=True)
 
 
 def soft(seed):
@@ -116,23 +116,23 @@ def soft(seed):
 
 
 def test_the_soft_edge_of_lips_that_vary_is_a_little_inside_of_its_middle():
-    images = [soft(seed) for seed in range(3)]
-    classes = learn_placed(images, [places()] * 3)
+    images = [soft(seed) for seed in range(18)]
+    classes = learn_placed(images, [places()] * 18, chromatic=True)
     skin, lips, _, _ = np.mean([classes.probabilities(image) for image in images], axis=0)
     bottom = [np.flatnonzero(column)[-1] for column in (lips > skin)[:, 44:53].T]
     true = [np.flatnonzero(column)[-1] for column in (labels() == LOWER)[:, 44:53].T]
     inside = 2.5 * norm.ppf(COLOURS.mixed_until)  # of an edge as blurred as `soft` has it
-    # 0.9 px too low before it was mixed
     assert abs(np.mean(bottom) - (np.mean(true) - inside)) < 0.5
 
 
 def test_without_colour_what_is_between_skin_and_lips_may_be_lit_lips():
     images, given = [soft(seed) for seed in range(3)], [places()] * 3
     plain, mixed = (learn_placed(images, given, chromatic=c) for c in (False, True))
-    assert len(plain.mixtures["skin"].weights) < len(mixed.mixtures["skin"].weights)
+    assert not plain.chromatic
+    assert plain.mixed == 0 < mixed.mixed
     lips = [np.mean([m.probabilities(i)[1] for i in images], axis=0) for m in (plain, mixed)]
-    edge = labels() == LOWER
-    assert lips[0][edge].mean() > lips[1][edge].mean() + 0.02
+    lower = labels() == LOWER
+    assert lips[0][lower].mean() > lips[1][lower].mean() + 0.1
 
 
 def one_colour(mean, sd):
@@ -174,7 +174,8 @@ def test_frames_without_the_mouth_show_it_neither_shut_nor_parted():
     images, priors = [painted(seed=k) for k in range(3)], [places()] * 3
     nowhere = np.zeros_like(places())
     without, with_them = (
-        learn_placed([*images, *[painted(seed=9)] * n], [*priors, *[nowhere] * n]) for n in (0, 2)
+        learn_placed([*images, *[painted(seed=9)] * n], [*priors, *[nowhere] * n], chromatic=True)
+        for n in (0, 2)
     )
     for name, lip in without.mixtures.items():
         np.testing.assert_array_equal(lip.means, with_them.mixtures[name].means)
@@ -253,7 +254,7 @@ def test_each_lip_gets_its_own_colour():
 def test_a_few_pixels_of_lip_are_enough(large):
     few = [((labels(large) == k).sum()) for k in (UPPER, LOWER)]
     assert min(few) < 30
-    classes = learn_placed([painted(large=large)], [places(large, 0.7)])
+    classes = learn_placed([painted(large=large)], [places(large, 0.7)], chromatic=True)
     for mixture in classes.mixtures.values():
         assert np.isfinite(mixture.means).all()
         assert (np.linalg.eigvalsh(mixture.covariances) > 0).all()
@@ -268,22 +269,22 @@ def test_a_mouth_outside_of_the_picture_is_an_error(lost):
     given = places()
     given[lost] = 0.0
     with pytest.raises(FaceNotFoundError, match="outside of the picture"):
-        learn_placed([painted()], [given])
+        learn_placed([painted()], [given], chromatic=True)
     with pytest.raises(FaceNotFoundError, match="outside of the picture"):
-        learn_placed([painted()], [np.zeros((4, *SHAPE))])
+        learn_placed([painted()], [np.zeros((4, *SHAPE))], chromatic=True)
 
 
 @pytest.mark.parametrize("lost", [UPPER, LOWER])
 def test_a_lip_that_is_seen_nowhere_is_anybodys(lost):
     given = places()
     given[lost] = 0.0
-    classes = learn_placed([painted()], [given])
+    classes = learn_placed([painted()], [given], chromatic=True)
     assert all(np.isfinite(m.means).all() for m in classes.mixtures.values())
 
 
 def test_a_black_and_white_picture_is_learned_from():
     grey = np.repeat(painted().mean(axis=2, keepdims=True).astype(np.uint8), 3, axis=2)
-    classes = learn_placed([grey], [places()])
+    classes = learn_placed([grey], [places()], chromatic=True)
     assert all(np.isfinite(m.means).all() for m in classes.mixtures.values())
     assert all(0.0 <= told <= 1.0 for told in classes.separability.values())
 
@@ -309,6 +310,15 @@ def test_saved_classes_keep_each_lip_and_what_was_measured(tmp_path):
     np.testing.assert_array_equal(again.priors, red().priors)
 
 
+def test_how_many_components_are_mixed_is_checked_as_it_is_read():
+    arrays = red().arrays()
+    kept = {k: np.asarray(v) for k, v in arrays.items() if k != "mixed"}
+    assert ColourClasses.of_arrays(kept).mixed == 0
+    for wrong in (-1, len(red().mixtures["skin"].weights)):
+        with pytest.raises(ValueError, match="fit together"):
+            ColourClasses.of_arrays({**kept, "mixed": np.array(wrong)})
+
+
 def test_classes_without_lips_of_their_own_still_load(tmp_path):
     whole = replace(red(), mixtures={c: red().mixtures[c] for c in CLASSES}, separability={})
     whole.save(tmp_path / "old.npz")
@@ -324,7 +334,7 @@ def test_the_weight_of_colours_by_their_separability(told, weight):
     assert classes.weight == pytest.approx(weight)
 
 
-@pytest.mark.parametrize(("told", "weight"), [(-0.5, LEAST), (0.5, LEAST), (0.75, 0.5), (1.2, 1.0)])
+@pytest.mark.parametrize(("told", "weight"), [(-0.5, LEAST), (0.5, LEAST), (0.65, 0.5), (1.2, 1.0)])
 def test_the_weight_of_colours_by_how_apertures_follow(told, weight):
     classes = replace(red(), agreement=told)
     assert classes.weight == pytest.approx(weight)
@@ -344,7 +354,7 @@ def test_skin_coloured_teeth_within_the_lips_are_no_skin():
 
 def test_the_edge_of_a_lip_is_no_tooth_within_the_outline():
     images = [soft(seed) for seed in range(3)]
-    classes = learn_placed(images, [places()] * 3)
+    classes = learn_placed(images, [places()] * 3, chromatic=True)
     assert classes.mixed
     between = flat(0.5 * np.array(SKIN) + 0.5 * np.array(LIPS))
     place = MouthPlace(*(np.full((1, 1), v) for v in (0.5, 1.0, 0.0)))

@@ -52,13 +52,13 @@ def test_most_frames_decide_and_a_face_beside_the_picture_says_nothing():
 
 
 def test_classes_keep_the_exposure(tmp_path):
-    made = learn_placed([painted(seed=k) for k in range(3)], [places()] * 3)
+    made = learn_placed([painted(seed=k) for k in range(3)], [places()] * 3, chromatic=True)
     replace(made, exposure=BURNT).save(tmp_path / "colours.npz")
     assert ColourClasses.load(tmp_path / "colours.npz").exposure == BURNT
 
 
 def test_older_classes_have_the_usual_exposure(tmp_path):
-    made = learn_placed([painted(seed=k) for k in range(3)], [places()] * 3)
+    made = learn_placed([painted(seed=k) for k in range(3)], [places()] * 3, chromatic=True)
     arrays = {k: v for k, v in made.arrays().items() if k not in ("saturated", "luminance")}
     assert ColourClasses.of_arrays({k: np.asarray(v) for k, v in arrays.items()}).exposure == USUAL
 
@@ -72,7 +72,7 @@ def test_older_classes_have_the_usual_exposure(tmp_path):
     ],
 )
 def test_what_makes_colours_poor(worse):
-    made = learn_placed([painted(seed=k) for k in range(3)], [places()] * 3)
+    made = learn_placed([painted(seed=k) for k in range(3)], [places()] * 3, chromatic=True)
     assert not made.poor
     assert not replace(made, separability={"upper_lip": 0.49, "lower_lip": 0.8}).poor
     assert replace(made, **worse).poor

@@ -86,6 +86,13 @@ def calibrated():
     return calibrate_placed(placed(), clip())
 
 
+def test_without_colour_skin_and_lips_are_not_mixed():
+    assert calibrated()[0].classes.mixed > 0
+    found, _ = calibrate_placed(placed(), clip(), chromatic=False)
+    assert not found.classes.chromatic
+    assert found.classes.mixed == 0
+
+
 def apart(k, pose, vertices, names=("outer", "upper", "lower")):
     """RMS distance of a frame's lips from the truth in the picture, mm at the mouth."""
     model = placed().model

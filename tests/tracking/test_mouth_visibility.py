@@ -61,7 +61,7 @@ def colours():
         planes = [~masks[0], lips & ~below, lips & below, masks[1] & masks[0]]
         places.append(0.95 * np.stack(planes))
         patches.append(sampled(window, image))
-    return learn_placed(patches, places)
+    return learn_placed(patches, places, chromatic=True)
 
 
 def look(image, seen):

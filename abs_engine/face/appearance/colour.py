@@ -31,7 +31,8 @@ _PARTS: Layout = {
 LAYOUT: Layout = {
     "priors": real(len(CLASSES), low=0.0), "reference": real(low=0.0, high=255.0),
     "agreement": real(optional=True), "chromatic": truth(optional=True),
-    "mixed": whole(optional=True), "saturated": real(optional=True), "luminance": real(optional=True),
+    "mixed": whole(optional=True, low=0),
+    "saturated": real(optional=True), "luminance": real(optional=True),
     **{f"{name}_separability": real(optional=True) for name in EACH_LIP},
     **{
         f"{name}_{part}": replace(
@@ -70,7 +71,8 @@ class ColourClasses:
     exposure : Exposure
         Of the face in the clip.
     mixed : int
-        How many of the skin's components, the last ones, are colours in which it mixes with lips.
+        How many of the skin's components, the last ones, are colours in which it mixes with lips; 0
+        in files written before this was kept, even where the skin has some.
     """
 
     mixtures: dict[str, Mixture]

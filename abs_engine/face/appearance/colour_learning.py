@@ -215,9 +215,9 @@ def mixed_with(skin: Mixture, lips: Sequence[Mixture]) -> tuple[Mixture, float]:
     """Skin with the colours in which it mixes with each lip, and by how much more frequent it is.
 
     Where lips turn to skin over several pixels, those in between count as lips if these vary more
-    than skin does, and the drawn lips grow by a pixel or two. A part of the way from skin to a lip
-    (`COLOURS.mixed_until`), skin is now at least as dense. Lips with the skin's own chroma are left
-    out.
+    than skin does, and the drawn lips grow by a pixel or two. `COLOURS.mixed_until` of the way from
+    skin to a lip, what is returned is at least as dense as the lip. Lips with the skin's own chroma
+    are left out.
 
     Parameters
     ----------

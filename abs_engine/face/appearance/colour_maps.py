@@ -38,7 +38,7 @@ class Palette:
     priors: FloatArray
     reference: float
     chromatic: bool
-    mixed: int = 0
+    mixed: int
 
     def compared(self, image: NDArray[np.generic]) -> ComparedColours:
         """Pixels of an image (H, W, 3), RGB 0 to 255, beside every class."""
@@ -71,13 +71,14 @@ class Palette:
         """The mixtures of `CLASSES`."""
         return Mixtures(tuple(self.mixtures[name] for name in CLASSES))
 
-    def mixed_skin(self, samples: Float32Array) -> Float32Array:
-        """Weighted density, at samples (N, 3), of skin in the colours in which it mixes with lips."""
+    @cached_property
+    def edges(self) -> tuple[Mixtures, np.float32] | None:
+        """Skin in the colours in which it mixes with lips, and its weight; None without these."""
         if not self.mixed:
-            return np.zeros(len(samples), np.float32)
+            return None
         skin, some = self.mixtures["skin"], slice(-self.mixed, None)
-        weight = np.float32(self.priors[_SKIN] * skin.weights[some].sum())
-        return np.asarray(weight * Mixtures((skin.part(some),)).densities(samples)[0], np.float32)
+        weight = self.priors[_SKIN] * skin.weights[some].sum()
+        return Mixtures((skin.part(some),)), np.float32(weight)
 
     @cached_property
     def lips(self) -> Mixtures | None:
@@ -146,15 +147,23 @@ class ComparedColours:
             lips = prior * (upper * above + (1 - upper) * below)
         # the chroma of what is darker yet says nothing
         black = (self.samples[:, 2] < self.palette.deep) * self.palette.black
-        # what looks like teeth in shade is skin as it is, not the edge of a lip
-        plain = np.maximum(skin - self.palette.mixed_skin(self._single), 0)
-        teeth = teeth + np.float32(COLOURS.pale_teeth) * within * plain
+        teeth = teeth + np.float32(COLOURS.pale_teeth) * within * self._plain(skin)
         return np.stack(
             [
                 skin * (1 - within), lips * elsewhere, teeth * elsewhere,
                 np.maximum(dark, black) * elsewhere,
             ]
         )  # fmt: skip
+
+    def _plain(self, skin: Float32Array) -> Float32Array:
+        """The weighted density (N,) of skin without that of its colours at the edges of lips.
+
+        Teeth in shade have the colour of plain skin; that of an edge may be a lip's.
+        """
+        if self.palette.edges is None:
+            return skin
+        edges, weight = self.palette.edges
+        return np.asarray(np.maximum(skin - weight * edges.densities(self._single)[0], 0))
 
     def _beside_teeth(self, likelihood: Float32Array, place: MouthPlace) -> Float32Array:
         """Weight, at each pixel (N,), of lips that have taken on the chroma of teeth beside them.

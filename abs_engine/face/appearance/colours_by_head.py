@@ -48,7 +48,7 @@ PLACE = np.array(COLOURS.lip_place)
 
 
 def learn_placed(
-    images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray], chromatic: bool = True
+    images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray], chromatic: bool
 ) -> ColourClasses:
     """Skin, upper lip, lower lip, teeth and dark of a clip.
 
@@ -98,6 +98,7 @@ def learn_placed(
         mixtures=whole.mixtures | wide | {"skin": mixed},
         priors=whole.priors * np.r_[more, 1.0, 1.0, 1.0],
         separability=told,
+        chromatic=chromatic,
         mixed=len(mixed.weights) - len(whole.mixtures["skin"].weights),
     )
 

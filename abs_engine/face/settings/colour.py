@@ -27,11 +27,10 @@ class ColourSettings:
     deaf : float, slope
         Of apertures by colours with those by landmarks, up to which colours say nothing. Chosen
         from 0.3 and 0.5 on altered clips of p04 of the strangers, whose teeth are taken for lips:
-        with 0.5 three of four have fewer false closures; p01 to p08, unaltered, stay the same. 0.6
-        since the colours of `mixed_until` open such mouths farther, though still not far enough:
-        p01 to p08 stay the same, r of p14, which was in view, is 0.93 for 0.89.
+        with 0.5 three of four have fewer false closures; p01 to p08, unaltered, stay the same.
     following : float, slope
-        From which on they say all that they can. Chosen with `deaf` from 0.8 and 0.9.
+        From which on they say all that they can. Measured: 0.8 and more in clips whose apertures
+        are right.
     most_outdone : float, slope
         At which what colours see beyond landmarks counts most. Measured: about the highest of the
         strangers' clips and GRID's.
@@ -92,15 +91,17 @@ class ColourSettings:
         Where skin that mixes with the lip is as dense as it. Chosen with `mixed_way` on edges of
         lips that were read by eye in p01 to p08 of the strangers' clips, and on films of ICT heads
         (seed 5), whose edges are sharp: with 0.5 and 0.25, 0.6 and 0.35, 0.7 and 0.45 outer edges
-        lie 1.5, 1.1, 0.9 mm above and 1.6, 1.2, 0.8 mm below those that were read (without skin
-        of this kind 1.7 and 2.0 mm); apertures of the films are off by 0.81, 0.85, 0.89 mm.
+        lie 1.5, 1.1, 0.9 mm above and 1.6, 1.1, 0.7 mm below those that were read (without skin
+        of this kind 1.7 and 2.0 mm), and apertures of the films are off by 0.81, 0.81, 0.79 mm.
+        Openings get smaller: by 0.7 those of p09 to p16, which were in view, are 2.2 mm (RMS) off,
+        by 0.6 2.0.
     mixed_way : float, share of the way from skin to a lip
         Where skin that mixes with the lip lies in the mean. Chosen with `mixed_until`.
     mixed_spread : float, share of the way from skin to a lip
         Standard deviation of that. Not measured.
     least_mixed : float, chromaticity
         Of the way from skin to a lip, below which they are not taken to mix: there is hardly a way
-        then, as in a black and white video. Not measured.
+        then. Not measured.
     palest : float, share of the way from skin to teeth
         By which a component of the skin is at most paler than the most frequent one, or it is
         teeth. Measured: 0.4 and less in clips whose skin held no teeth, 1.6 where it did.
@@ -232,8 +233,8 @@ class ColourSettings:
     plain: float = 0.9
     no_lips: float = 0.67
     least_weight: float = 0.1
-    deaf: float = 0.6
-    following: float = 0.9
+    deaf: float = 0.5
+    following: float = 0.8
     most_outdone: float = 2.0
     pale_teeth: float = 0.3
     outlier: float = 2e-4
