@@ -137,7 +137,7 @@ def calibrate_placed(
     known : ColourClasses, optional
         Colours that were learned before; then only the mouth is fitted.
     chromatic : bool
-        Whether the clip is in colour.
+        Whether the clip is in colour, and the colours learned before, too.
 
     Returns
     -------
@@ -165,7 +165,7 @@ def calibrate_placed(
     coloured = [frame for frame in head.frames(shape, seen) if not frame.grey]
     agreement = _agreement(head, coloured, found)
     exposure = Exposure.of([(image, marks.pixels) for image, marks in seen])
-    classes = replace(found.classes, agreement=agreement, chromatic=chromatic, exposure=exposure)
+    classes = replace(found.classes, agreement=agreement, exposure=exposure)
     return replace(found, shift=shift, classes=classes), shape
 
 
