@@ -14,11 +14,10 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import pose_moves
-from abs_engine.tracking.landmark_fit import shown
 from abs_engine.tracking.landmark_jacobian import weighed_motion
 from abs_engine.tracking.landmark_noise import LandmarkNoise
 from abs_engine.tracking.landmark_rays import SeenRays
-from abs_engine.tracking.landmark_shape import LandmarkShape
+from abs_engine.tracking.landmark_shape import LandmarkShape, in_view
 from abs_engine.tracking.settings.head import HEAD_POSE
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
@@ -109,7 +108,7 @@ def _weights(
 ) -> FloatArray:
     """Inverse variances (468, 3): less where a landmark is hidden, or far off (Cauchy)."""
     away = (off[:, :2] ** 2 / noise.whole[:, :2]).sum(axis=1) / LANDMARK_EVIDENCE.stray**2
-    return np.asarray((shown(shape, pose, there) / (1 + away))[:, None] / noise.variance)
+    return np.asarray((in_view(shape.normals, pose, there) / (1 + away))[:, None] / noise.variance)
 
 
 def _without(whole: Equations, kept: int) -> Equations:

@@ -22,6 +22,7 @@ from abs_engine.tracking.landmark_jacobian import weighed_residuals
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import COUNT, EYES, INNER_RING, LIPS, OUTER_RING, Landmarks
+from abs_engine.tracking.lip_openings import LipOpenings
 from abs_engine.tracking.settings.head import HEAD_POSE
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
@@ -109,10 +110,14 @@ class HeldPose:
 
 @dataclass(frozen=True, eq=False)
 class _Normal:
-    """Normal equations of a frame: information and gradient over (6 + M), and its value."""
+    """Normal equations of a frame over (6 + M), and its value.
+
+    `slope` is how the gradient changes with the parameters: the information, but for `openings`.
+    """
 
     information: FloatArray
     gradient: FloatArray
+    slope: FloatArray
     misfit: float
 
 
@@ -153,16 +158,17 @@ def fit_frame(
     """
     with one_thread():
         seen = SeenRays.of(landmarks, camera, trust)
+        openings = LipOpenings.of(shape, seen)
         pose = looking_ahead(shape, seen) if start is None else start.pose
         posture = np.zeros(len(shape.posture)) if start is None else start.posture
         if held is not None:
             pose = held.pose
         for _ in range(LANDMARK_EVIDENCE.steps):
-            step = _step(_normal(shape, seen, pose, posture), posture, held is not None)
+            step = _step(_normal(shape, seen, openings, pose, posture), posture, held is not None)
             pose, posture = turned(shape, pose, step[:6]), posture + step[6:]
             if np.abs(np.r_[step[:3], step[6:]]).max() < HEAD_POSE.settled:
                 break
-        found = _normal(shape, seen, pose, posture)
+        found = _normal(shape, seen, openings, pose, posture)
     information = found.information.copy()
     if held is not None:
         information[:6, :6] += held.information
@@ -171,7 +177,7 @@ def fit_frame(
 
 def _step(found: _Normal, posture: FloatArray, held: bool) -> FloatArray:
     """Newton's step (6 + M,); the prior of a posture is a unit Gaussian, a pose has none."""
-    own = found.information + np.diag(np.r_[np.zeros(6), np.ones(len(posture))])
+    own = found.slope + np.diag(np.r_[np.zeros(6), np.ones(len(posture))])
     pull = found.gradient + np.r_[np.zeros(6), posture]
     own, free = own + _DAMPING * np.diag(np.diag(own)), slice(6 if held else 0, None)
     step = np.zeros(len(pull))
@@ -212,10 +218,13 @@ def turned(shape: LandmarkShape, pose: Pose, step: FloatArray) -> Pose:
     return Pose(turned, pose.apply(shape.pivot) + step[3:] - turned @ shape.pivot)
 
 
-def _normal(shape: LandmarkShape, seen: SeenRays, pose: Pose, posture: FloatArray) -> _Normal:
+def _normal(
+    shape: LandmarkShape, seen: SeenRays, openings: LipOpenings, pose: Pose, posture: FloatArray
+) -> _Normal:
     """Linearise the landmarks' residuals, mm at the head, in their standard deviations.
 
-    Each counts less where it is hidden, or far off (Cauchy).
+    Each counts less where it is hidden, or far off (Cauchy). What the distances between the inner
+    lips say is added.
     """
     flat, residual = np.empty((6 + len(posture), 3 * COUNT)), np.empty((COUNT, 3))
     misfit = weighed_residuals(
@@ -224,17 +233,10 @@ def _normal(shape: LandmarkShape, seen: SeenRays, pose: Pose, posture: FloatArra
         seen.depth, seen.axes, seen.trust, shape.bias, shape.deviation, _TOGETHER, _STRAY, _FLAT,
         LANDMARK_EVIDENCE.hidden, LANDMARK_EVIDENCE.guessed, residual, flat,
     )  # fmt: skip
-    return _Normal(flat @ flat.T, flat @ residual.ravel(), float(misfit))
-
-
-def shown(shape: LandmarkShape, pose: Pose, there: FloatArray) -> FloatArray:
-    """Visibility of each landmark (468,), by which way its surface faces; `there` (468, 3)."""
-    sight = there / np.linalg.norm(there, axis=1, keepdims=True)
-    facing = -(shape.normals @ pose.rotation.T * sight).sum(axis=1)
-    return np.asarray(
-        np.clip(
-            (facing - LANDMARK_EVIDENCE.hidden) / (1 - LANDMARK_EVIDENCE.hidden),
-            LANDMARK_EVIDENCE.guessed,
-            1.0,
-        )
-    )
+    apart = openings.equations(pose, posture)
+    information, gradient = flat @ flat.T, flat @ residual.ravel()
+    slope = information.copy()
+    information[6:, 6:] += apart.information
+    slope[6:, 6:] += apart.slope
+    gradient[6:] += apart.gradient
+    return _Normal(information, gradient, slope, float(misfit))

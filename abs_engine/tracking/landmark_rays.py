@@ -26,17 +26,22 @@ class SeenRays:
         Of the face, see `Landmarks.axes`.
     trust : (468,) float64
         Weight of each, 0 to 1.
+    pixel : float
+        Width of a pixel at depth 1.
     """
 
     rays: FloatArray
     depth: FloatArray
     axes: FloatArray
     trust: FloatArray
+    pixel: float
 
     @classmethod
     def of(cls, landmarks: Landmarks, camera: Camera, trust: FloatArray | None = None) -> SeenRays:
         """The rays of landmarks in a camera's picture; by default all are trusted."""
         flat = cv2.undistortPoints(landmarks.pixels[:, None], camera.matrix, camera.distortion)
-        depth = landmarks.points[:, 2] / camera.matrix[0, 0]
+        pixel = 1.0 / float(camera.matrix[0, 0])
+        depth = landmarks.points[:, 2] * pixel
         weights = np.ones(len(depth)) if trust is None else trust
-        return cls(np.asarray(flat[:, 0], np.float64), depth, np.stack(landmarks.axes), weights)
+        rays = np.asarray(flat[:, 0], np.float64)
+        return cls(rays, depth, np.stack(landmarks.axes), weights, pixel)

@@ -104,3 +104,14 @@ class LandmarkShape:
         within = LANDMARK_EVIDENCE.within if len(off) >= LANDMARK_EVIDENCE.closest else 1.0
         deviation = self.deviation * np.array([within, within, 1.0])
         return replace(self, mean=self.mean + moved, bias=bias, deviation=deviation)
+
+
+def in_view(normals: FloatArray, pose: Pose, there: FloatArray) -> FloatArray:
+    """Visibility of points (N,), by which way their surface faces.
+
+    `normals` (N, 3) are in the head's frame, the points, `there` (N, 3), mm, in the camera's.
+    """
+    sight = there / np.linalg.norm(there, axis=1, keepdims=True)
+    facing = -(normals @ pose.rotation.T * sight).sum(axis=1)
+    least = LANDMARK_EVIDENCE.hidden
+    return np.asarray(np.clip((facing - least) / (1 - least), LANDMARK_EVIDENCE.guessed, 1.0))

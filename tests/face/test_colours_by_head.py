@@ -334,7 +334,7 @@ def test_the_weight_of_colours_by_their_separability(told, weight):
     assert classes.weight == pytest.approx(weight)
 
 
-@pytest.mark.parametrize(("told", "weight"), [(-0.5, LEAST), (0.5, LEAST), (0.65, 0.5), (1.2, 1.0)])
+@pytest.mark.parametrize(("told", "weight"), [(-0.5, LEAST), (0.6, LEAST), (0.75, 0.5), (1.2, 1.0)])
 def test_the_weight_of_colours_by_how_apertures_follow(told, weight):
     classes = replace(red(), agreement=told)
     assert classes.weight == pytest.approx(weight)

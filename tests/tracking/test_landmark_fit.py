@@ -15,8 +15,10 @@ from heads import seen_at
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame, turned
 from abs_engine.tracking.landmark_jacobian import weighed_motion
+from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmarks import COUNT, INNER_RING, LIPS, OUTER_RING
 from abs_engine.tracking.lip_landmarks import LipLandmarks
+from abs_engine.tracking.lip_openings import LipOpenings
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 MODES = 10
@@ -240,6 +242,8 @@ def test_information_is_the_curvature_of_the_landmarks_misfit():
     slope = np.stack([(off(s) - off(-s)) / (2 * s.max()) for s in steps])
     slope[:, LIPS, 2] = 0.0  # depths of lips are left out
     expected = np.einsum("ikd,jkd,k->ij", slope, slope, trust)
+    openings = LipOpenings.of(shape, SeenRays.of(seen, CAMERA)).equations(pose, np.zeros(m))
+    expected[6:, 6:] += openings.information
     size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     assert np.abs((again.information - expected) / size).max() < 0.02
 
