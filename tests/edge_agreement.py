@@ -72,6 +72,11 @@ class Clip:
         return np.array([apart[:, 0].mean(), *inner, np.nanmean(apart[:, 3])])
 
     @property
+    def gap_rms(self) -> float:
+        """By how much the apertures differ from the gap as read, RMS, mm."""
+        return float(np.sqrt(np.nanmean((self.aperture - _gap(self.read)) ** 2)))
+
+    @property
     def correlations(self) -> FloatArray:
         """Correlation with the gap as read: of our aperture, the detector's, and both readings."""
         gap = _gap(self.read)
@@ -163,7 +168,11 @@ def lines(runs: Path) -> Iterator[str]:
         offs = np.array([found[n].off for n in names])
         r = np.nanmedian([found[n].correlations for n in names], axis=0)
         off = np.nanmean(offs, axis=0)
-        yield f"{title}: {_signed(off)}; r median: ours {r[0]:.3f}, detector {r[1]:.3f}"
+        rms = np.mean([found[n].gap_rms for n in names])
+        yield (
+            f"{title}: {_signed(off)}; r median: ours {r[0]:.3f}, detector {r[1]:.3f}; "
+            f"apertures off by {rms:.2f} mm"
+        )
 
 
 def _signed(values: FloatArray) -> str:

@@ -26,12 +26,12 @@ from abs_engine.io.npz import read_npz
 from abs_engine.tracking.landmark_noise import LAYOUT as NOISE
 from abs_engine.tracking.landmark_noise import LandmarkNoise, learn_noise, seen_off
 from abs_engine.tracking.landmark_rays import SeenRays
-from abs_engine.tracking.landmarks import COUNT, INNER_RING, Landmarks
+from abs_engine.tracking.landmarks import COUNT, INNER_PAIRS, INNER_RING, Landmarks
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 FILE = "landmarks.npz"
 FORMAT, VERSION = "abs_engine.landmarks", 2
-_LOWER, _UPPER = INNER_RING[1:10], INNER_RING[11:20]
+_UPPER, _LOWER = INNER_PAIRS
 _SEEN = ("skin", "upper_lip", "lower_lip", "eyes")  # facet classes that landmarks lie on
 _LAYOUT: Layout = {
     "corners": index("V", COUNT, 3),

@@ -110,14 +110,10 @@ class HeldPose:
 
 @dataclass(frozen=True, eq=False)
 class _Normal:
-    """Normal equations of a frame over (6 + M), and its value.
-
-    `slope` is how the gradient changes with the parameters: the information, but for `openings`.
-    """
+    """Normal equations of a frame: information and gradient over (6 + M), and its value."""
 
     information: FloatArray
     gradient: FloatArray
-    slope: FloatArray
     misfit: float
 
 
@@ -177,7 +173,7 @@ def fit_frame(
 
 def _step(found: _Normal, posture: FloatArray, held: bool) -> FloatArray:
     """Newton's step (6 + M,); the prior of a posture is a unit Gaussian, a pose has none."""
-    own = found.slope + np.diag(np.r_[np.zeros(6), np.ones(len(posture))])
+    own = found.information + np.diag(np.r_[np.zeros(6), np.ones(len(posture))])
     pull = found.gradient + np.r_[np.zeros(6), posture]
     own, free = own + _DAMPING * np.diag(np.diag(own)), slice(6 if held else 0, None)
     step = np.zeros(len(pull))
@@ -233,10 +229,8 @@ def _normal(
         seen.depth, seen.axes, seen.trust, shape.bias, shape.deviation, _TOGETHER, _STRAY, _FLAT,
         LANDMARK_EVIDENCE.hidden, LANDMARK_EVIDENCE.guessed, residual, flat,
     )  # fmt: skip
-    apart = openings.equations(pose, posture)
     information, gradient = flat @ flat.T, flat @ residual.ravel()
-    slope = information.copy()
-    information[6:, 6:] += apart.information
-    slope[6:, 6:] += apart.slope
-    gradient[6:] += apart.gradient
-    return _Normal(information, gradient, slope, float(misfit))
+    said = openings.equations(pose, posture)
+    information[6:, 6:] += said.information
+    gradient[6:] += said.gradient
+    return _Normal(information, gradient, float(misfit))

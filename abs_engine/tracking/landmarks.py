@@ -31,6 +31,8 @@ INNER_RING = np.array(
     [78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308, 415, 310, 311, 312, 13, 82, 81, 80, 191]
 )
 """Where the lips meet, in the same order."""
+INNER_PAIRS, OUTER_PAIRS = (np.stack([r[:10:-1], r[1:10]]) for r in (INNER_RING, OUTER_RING))
+"""Nine of the upper lip (2, 9), and below them the lower lip's, from the subject's right."""
 LIPS = np.concatenate([OUTER_RING, INNER_RING])
 EYES = (np.array([33, 133]), np.array([263, 362]))
 """Corners of the subject's right and left eye, the outer one first."""

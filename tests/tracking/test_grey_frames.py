@@ -52,8 +52,8 @@ def test_the_colours_of_the_other_frames_are_hardly_spoilt(runs):
     """The mouth is fitted to all frames: to those without colour by landmarks alone, which err."""
     whole, half = runs["colour"], runs["half"]
     np.testing.assert_allclose(half["aperture"][:HALF], whole["aperture"][:HALF], atol=0.8)
-    opened, before = (run.summary["colour_agreement"] for run in (half, whole))
-    assert opened == pytest.approx(before, abs=0.1)
+    spoilt, sound = (run.summary["colour_agreement"] for run in (half, whole))
+    assert spoilt == pytest.approx(sound, abs=0.1)
     assert half.summary["mean_score"] == pytest.approx(whole.summary["mean_score"], abs=0.01)
 
 

@@ -27,11 +27,12 @@ class ColourSettings:
     deaf : float, slope
         Of apertures by colours with those by landmarks, up to which colours say nothing. With
         `following`, chosen from 0.5 and 0.8, 0.6 and 0.9, 0.7 and 0.9 on p01 to p08 of the
-        strangers' clips and films of other heads, p12 in view: apertures differ from gaps read by
-        eye by 1.98, 1.92 and 1.90 mm (RMS, mean of clips), from the truth of eight films by 0.78,
-        0.84 and 0.92 mm. In six of the eight clips whose colours open the mouth less than 0.8 times
-        as far as landmarks, both together are no nearer to those gaps than landmarks alone; they
-        are in seven of the eight others.
+        strangers' clips and films of other heads, p12 in view, with an earlier form of the evidence
+        of the lips' distances: apertures differ from gaps read by eye by 1.98, 1.92 and 1.90 mm
+        (RMS, mean of clips), from the truth of eight films by 0.78, 0.84 and 0.92 mm, of eight
+        others by 0.64, 0.63 and 0.62. In six of the eight clips whose colours open the mouth less
+        than 0.8 times as far as landmarks do, both together are no nearer to those gaps than
+        landmarks alone; in seven of the eight others they are nearer.
     following : float, slope
         From which on they say all that they can. Chosen with `deaf`.
     most_outdone : float, slope
