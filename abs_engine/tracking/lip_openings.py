@@ -117,7 +117,7 @@ class LipOpenings:
         return np.asarray(fixed + (LANDMARK_EVIDENCE.opening_share * opening) ** 2)
 
     def _motion(self, pose: Pose, inner: FloatArray, distance: float) -> FloatArray:
-        """How far each mode moves the inner lips (18, 3), camera frame, apart, (M, 9), mm."""
+        """Motion apart of the inner lips (18, 3), camera frame, with each mode, (M, 9), mm."""
         moved = self.modes[:, : 2 * _PLACES] @ pose.rotation.T
         across = moved[..., :2] - moved[..., 2:] * inner[:, :2] / inner[:, 2:]
         lips = across @ self.down * (distance / inner[:, 2])
