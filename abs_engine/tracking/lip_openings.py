@@ -9,32 +9,18 @@ across the opening, and the lips' red beside them is in view.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import Pose
+from abs_engine.tracking.head_equations import Equations
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape, in_view
 from abs_engine.tracking.landmarks import INNER_PAIRS, OUTER_PAIRS
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 _PLACES = INNER_PAIRS.shape[1]
-
-
-class OpeningEquations(NamedTuple):
-    """Evidence on a posture about where it is now, as part of normal equations.
-
-    Parameters
-    ----------
-    information : (M, M) float64
-    gradient : (M,) float64
-        Of -log likelihood.
-    """
-
-    information: FloatArray
-    gradient: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +75,8 @@ class LipOpenings:
             seen.pixel,
         )
 
-    def equations(self, pose: Pose, posture: FloatArray) -> OpeningEquations:
-        """Linearise the distances in a pose and posture (M,), in their standard deviations.
+    def equations(self, pose: Pose, posture: FloatArray) -> Equations:
+        """Equations of the posture (M,) about a pose and a posture.
 
         Each counts less where the lips beside it are hidden, or where it is far off (Cauchy). What
         they say of the pose is left out: a turn by 3 degrees changes them by 0.6 mm at most.
@@ -107,7 +93,7 @@ class LipOpenings:
         stray = 1 + off**2 / (LANDMARK_EVIDENCE.stray**2 * variance)
         weight = self.trust * shown / (stray * variance * LANDMARK_EVIDENCE.openings_together)
         moves = self._motion(pose, inner, distance)
-        return OpeningEquations((moves * weight) @ moves.T, moves @ (weight * off))
+        return Equations((moves * weight) @ moves.T, moves @ (weight * off))
 
     def _variance(self, distance: float) -> FloatArray:
         """Of each distance, mm2, on a head that is this far away, mm."""

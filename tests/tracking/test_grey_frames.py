@@ -53,7 +53,8 @@ def test_the_colours_of_the_other_frames_are_hardly_spoilt(runs):
     whole, half = runs["colour"], runs["half"]
     np.testing.assert_allclose(half["aperture"][:HALF], whole["aperture"][:HALF], atol=0.8)
     spoilt, sound = (run.summary["colour_agreement"] for run in (half, whole))
-    assert spoilt == pytest.approx(sound, abs=0.1)
+    assert spoilt == pytest.approx(sound, abs=0.05)
+    assert half.summary["separability"] == pytest.approx(whole.summary["separability"], abs=0.03)
     assert half.summary["mean_score"] == pytest.approx(whole.summary["mean_score"], abs=0.01)
 
 
