@@ -8,7 +8,7 @@ import tokenize
 import zipfile
 import zlib
 from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -33,6 +33,7 @@ TIMES = 20
 MOST_ARRAYS = 1 << 12
 """Arrays in a file."""
 _WHOLE = "check that it is whole"
+_TRIES = 3
 _TAKEN = {"format", "version", "file", "allow_pickle"}
 """What the file says itself, and arguments of `numpy.savez_compressed`."""
 
@@ -174,7 +175,7 @@ def read_kind(path: Path, remedy: str = _WHOLE) -> str:
         If the file is missing or no NPZ archive.
     """
     with _archive(path, remedy) as archive:
-        named = {"format": np.asarray(archive["format"])} if "format" in archive else {}
+        named = {"format": _array(archive, "format")} if "format" in archive else {}
     return format_of(named)
 
 
@@ -193,7 +194,7 @@ def read_some(
     with _archive(path) as archive:
         names = tuple(archive.files)
         kept = {"format", "version", *wanted} & set(names)
-        data = {name: np.asarray(archive[name]) for name in kept}
+        data = {name: _array(archive, name) for name in kept}
     check_format(path, data, kind, version)
     return names, data
 
@@ -215,11 +216,23 @@ def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
         If the file is missing, no NPZ archive, or unpacks to more than `LARGEST` and `TIMES` say.
     """
     with _archive(path) as archive:  # what is no array within it comes as bytes
-        data = {name: np.asarray(archive[name]) for name in archive.files}
+        data = {name: _array(archive, name) for name in archive.files}
     endless = [name for name, values in data.items() if values.size > LARGEST]  # of no bytes each
     if endless:
         raise InputFileError(f"{endless[0]!r} of {path} has no end", "check where it is from")
     return data
+
+
+def _array(archive: np.lib.npyio.NpzFile, name: str) -> NDArray[np.generic]:
+    """An array of an archive, read again where Python failed to parse its header.
+
+    In early releases of Python 3.11 and 3.12, two threads that parse at once can disturb each
+    other's count of nested calls, which raises `SystemError` (CPython issue 106905).
+    """
+    for _ in range(_TRIES - 1):
+        with suppress(SystemError):
+            return np.asarray(archive[name])
+    return np.asarray(archive[name])
 
 
 @contextmanager

@@ -12,7 +12,7 @@ import av.error
 
 from abs_engine.core.errors import VideoError
 from abs_engine.io.video.ending import Ending, broken_off
-from abs_engine.io.video.shown import Turn, pixel_aspect, shown, shown_size
+from abs_engine.io.video.shown import Harmless, Turn, pixel_aspect, shown, shown_size
 from abs_engine.io.video.source import moving_streams, open_video, picture_stream
 from abs_engine.io.video.writer import Frame
 
@@ -71,7 +71,7 @@ def probe(path: Path) -> VideoInfo:
         If it is not a video, holds no frame, or breaks off.
     """
     first, aspect = _first_frame(path)
-    turn = Turn.of(first)
+    turn = Turn.of(first, Harmless())
     height, width = shown_size(first, aspect, turn)
     with open_video(path) as container:
         stream = picture_stream(container)
@@ -106,9 +106,9 @@ def read_frames(path: Path) -> Iterator[Frame]:
         If it is not a video, holds no frame, changes its size, or breaks off; the message tells
         after how many frames.
     """
-    size = None
+    size, harmless = None, Harmless()
     for count, (frame, aspect) in enumerate(_decoded(path)):
-        turn = Turn.of(frame)
+        turn = Turn.of(frame, harmless)
         size = size or shown_size(frame, aspect, turn)
         if shown_size(frame, aspect, turn) != size:
             raise VideoError(

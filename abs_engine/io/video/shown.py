@@ -26,6 +26,26 @@ know: enhancement layers, views, three-dimensional displays, and EXIF, as photog
 """
 
 
+class Harmless:
+    """Frames of one video without what PyAV cannot have beside them, one at a time.
+
+    Filters are made only for the first frame, and for one of another kind: that takes longer than
+    what they do to a frame.
+    """
+
+    def __init__(self) -> None:
+        self._kind: tuple[object, ...] = ()
+        self._graph = Graph()
+
+    def __call__(self, frame: av.VideoFrame) -> av.VideoFrame:
+        """The same frame without it."""
+        kind = frame.width, frame.height, frame.format.name, frame.time_base
+        if kind != self._kind:
+            self._kind, self._graph = kind, _filters(frame)
+        self._graph.vpush(frame)
+        return self._graph.vpull()
+
+
 @dataclass(frozen=True)
 class Turn:
     """A quarter turn, a mirroring, or both, by which a picture is shown.
@@ -46,9 +66,9 @@ class Turn:
     askew: bool = False
 
     @staticmethod
-    def of(frame: av.VideoFrame) -> Turn:
+    def of(frame: av.VideoFrame, harmless: Harmless) -> Turn:
         """The turn of a frame's display matrix; none where it has no matrix."""
-        beside: Any = _harmless(frame).side_data  # PyAV's types know of motion vectors alone
+        beside: Any = harmless(frame).side_data  # PyAV's types know of motion vectors alone
         if Type.DISPLAYMATRIX not in beside:
             return Turn()
         return Turn.by(np.frombuffer(bytes(beside[Type.DISPLAYMATRIX]), np.int32))
@@ -93,8 +113,8 @@ def shown(frame: av.VideoFrame, aspect: float, turn: Turn) -> Frame:
     return np.ascontiguousarray(turn(picture), np.uint8)
 
 
-def _harmless(frame: av.VideoFrame) -> av.VideoFrame:
-    """The same frame without what PyAV cannot have beside it."""
+def _filters(frame: av.VideoFrame) -> Graph:
+    """Filters for frames of this one's kind."""
     graph = Graph()
     last = graph.add_buffer(
         width=frame.width, height=frame.height, format=frame.format,
@@ -106,8 +126,7 @@ def _harmless(frame: av.VideoFrame) -> av.VideoFrame:
         last = without
     last.link_to(graph.add("buffersink"))
     graph.configure()
-    graph.vpush(frame)
-    return graph.vpull()
+    return graph
 
 
 def _stretched(frame: av.VideoFrame, aspect: float) -> tuple[int, int]:
