@@ -180,15 +180,18 @@ def test_generators_that_a_share_of_the_postures_has_again_have_the_moments_of_s
     np.testing.assert_allclose(found.covariance, sampled.covariance, atol=0.1)
 
 
-def test_lips_of_anybody_move_by_the_units_of_scans_in_a_share_of_the_postures():
+def test_lips_of_anybody_move_as_those_of_scans_in_depth_and_across_in_a_share_of_postures():
     speaker, names = average_person(), mouth_units()
     lips = speaker.lip_ring
     shape = mouth_shape(speaker, speaker.vertices, 20, anybody=True)
     moments = recorded_postures(names).pooled(Postures.of(sample_postures(4000, 0)), SHAPE.recorded)
     rng = np.random.default_rng(5)
     weights = rng.multivariate_normal(moments.mean, moments.covariance, 20_000)
-    own = speaker.unit_matrix(names)[:, lips].reshape(len(names), -1)
-    scanned = own + unit_differences(names)[:, lips].reshape(len(names), -1)
+    differences = unit_differences(names)[:, lips]
+    deep = speaker.unit_matrix(names)[:, lips]
+    deep[..., 2] += differences[..., 2]
+    own = deep.reshape(len(names), -1)
+    scanned = (speaker.unit_matrix(names)[:, lips] + differences).reshape(len(names), -1)
     by_scans = rng.random((len(weights), 1)) < SHAPE.scanned_units
     moved = np.where(by_scans, weights @ scanned, weights @ own)
     modes = shape.modes[:, lips].reshape(20, -1)

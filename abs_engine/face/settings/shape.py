@@ -47,11 +47,13 @@ class ShapeSettings:
     action_shares : tuple of float, share of them
         In which each of these takes part. Not measured.
     scanned_units : float, share
-        Of an unknown person's postures that are made with face units after scans (ICT FaceKit), not
-        with the bundled head's; see `face.shape.mouth.mouth_shape`. Assumed, as neither is known to
-        be more like people. Measured with 0, 0.5 and 1 on 16 films of that very model (seeds 1 and
-        2), where 1 is bound to do best: lips are off by 1.6, 1.5 and 1.4 mm, and precision of
-        closed frames is 0.98, 0.97 and 0.94.
+        Of an unknown person's postures that are made across the face with face units after scans
+        (ICT FaceKit), not with the bundled head's; from front to back all are made with those of
+        scans, see `face.shape.mouth.mouth_shape`. Assumed, as neither is known to be more like
+        people. Measured with 0, 0.5 and 1, for all directions alike, on 16 films of that very model
+        (seeds 1 and 2), where 1 is bound to do best: lips are off by 1.6, 1.5 and 1.4 mm, and
+        precision of closed frames is 0.98, 0.97 and 0.94. With 0.5 and the depth of scans 1.4 mm
+        and 0.97.
     widest_jaw : float, weight of `jawOpen`
         Beyond which it is yawning, not speech. Not measured.
     lip_weight : float, times the skin

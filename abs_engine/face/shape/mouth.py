@@ -44,7 +44,8 @@ def mouth_shape(
 
     The bundled head's units were made by an artist, MakeHuman's; ICT FaceKit's, which were made
     after scans, move lips otherwise, and farther from front to back. Where the person may be
-    `anybody`, these move the face in a share `SHAPE.scanned_units` of the postures.
+    `anybody`, units move the face from front to back as scans do, and across it as they do in a
+    share `SHAPE.scanned_units` of the postures.
 
     Parameters
     ----------
@@ -59,7 +60,8 @@ def mouth_shape(
     Returns
     -------
     LinearShape
-        Its generators are the units of `mouth_units` and, for `anybody`, how those of scans differ.
+        Its generators are the units of `mouth_units` and, for `anybody`, how those of scans differ
+        across the face.
 
     Raises
     ------
@@ -73,9 +75,17 @@ def mouth_shape(
     authored = Postures.of(sample_postures(SHAPE.authored, seed=0))
     postures = recorded_postures(names).pooled(authored, SHAPE.recorded)
     if anybody:
-        units = np.concatenate([units, unit_differences(names)])
+        units = _partly_scanned(units, unit_differences(names))
         postures = postures.partly_again(SHAPE.scanned_units)
     return principal_shapes(neutral, units, postures, n_modes, _importance(speaker))
+
+
+def _partly_scanned(
+    units: NDArray[np.float32], differences: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Generators (2 N, V, 3): units as deep as those of scans; how these differ across the face."""
+    depth = np.array([0.0, 0.0, 1.0], np.float32)
+    return np.concatenate([units + depth * differences, (1 - depth) * differences])
 
 
 def mouth_units() -> tuple[str, ...]:
