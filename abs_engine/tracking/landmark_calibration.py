@@ -134,7 +134,6 @@ def calibrate_placed(
     ----------
     head : PlacedHead
     seen : sequence of (image, Landmarks)
-        Those without colour are left out, unless hardly any have colour.
     known : ColourClasses, optional
         Colours that were learned before; then only the mouth is fitted.
     chromatic : bool
@@ -154,7 +153,7 @@ def calibrate_placed(
     """
     person, shape, shift = np.zeros(head.model.n_person), head.shape, no_correction()
     for blur in LANDMARK_EVIDENCE.place_rounds:
-        placed = _telling(head.frames(shape, seen))
+        placed = head.frames(shape, seen)
         learned = placed if known is not None else [frame for frame in placed if not frame.grey]
         if not learned:
             raise FaceNotFoundError(
@@ -168,12 +167,6 @@ def calibrate_placed(
     exposure = Exposure.of([(image, marks.pixels) for image, marks in seen])
     classes = replace(found.classes, agreement=agreement, exposure=exposure)
     return replace(found, shift=shift, classes=classes), shape
-
-
-def _telling(placed: Sequence[PlacedFrame]) -> Sequence[PlacedFrame]:
-    """The frames with colour, unless these are few: the others' landmarks are alone, and err."""
-    coloured = [frame for frame in placed if not frame.grey]
-    return coloured if len(coloured) >= LANDMARK_EVIDENCE.closest else placed
 
 
 def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibration) -> float:

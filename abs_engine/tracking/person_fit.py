@@ -25,6 +25,7 @@ from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
+from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION
 
 Sighted = tuple[Image, Landmarks]
@@ -175,7 +176,9 @@ def _fitted(
         model, head.shape, head.textured, average.correspondence, camera, renderer, light,
         below,
     )  # fmt: skip
-    found, shape = calibrate_placed(placed, chosen, known, chromatic)
+    # Where there is no colour, landmarks are all that is known of the mouth, and err
+    telling = coloured if len(coloured) >= LANDMARK_EVIDENCE.closest else chosen
+    found, shape = calibrate_placed(placed, telling, known, chromatic)
 
     def looked(one: Sighted) -> MouthLook | None:
         image, marks = one
