@@ -101,12 +101,15 @@ def check_arrays(
         raise ModelFormatError(f"{path} lacks {', '.join(missing)}", remedy)
     check = _Check(dict(lengths))
     there = {name: np.asarray(data[name]) for name in layout if name in data}
-    for problem_of in (check.shape_problem, check.value_problem):  # ranges depend on lengths
-        for name, values in there.items():
-            problem = problem_of(layout[name], values)
-            if problem:
-                raise ModelFormatError(f"'{name}' of {path} {problem}", remedy)
-    return {name: _turned(values, layout[name].dtype) for name, values in there.items()}
+    for name, values in there.items():
+        problem = check.shape_problem(layout[name], values)
+        if problem:
+            raise ModelFormatError(f"'{name}' of {path} {problem}", remedy)
+    for name, values in there.items():  # only now, as ranges depend on lengths
+        problem, there[name] = check.turned(layout[name], values)
+        if problem:
+            raise ModelFormatError(f"'{name}' of {path} {problem}", remedy)
+    return there
 
 
 def of_json(value: Any) -> NDArray[Any]:
@@ -152,22 +155,23 @@ class _Check:
             return False
         return self.lengths.setdefault(wanted.rstrip("?*"), length) == length
 
-    def value_problem(self, wanted: Array, values: NDArray[Any]) -> str:
-        """Reason why the values are wrong; empty where they are not."""
+    def turned(self, wanted: Array, values: NDArray[Any]) -> tuple[str, NDArray[Any]]:
+        """Reason why the values are wrong, empty where they are not; and they, of their dtype."""
+        turned = _turned(values, wanted.dtype)
         if wanted.kinds == "U":
-            return _text_problem(values)
-        numbers = values
-        if wanted.kinds == "fiu":
-            numbers = _turned(values, wanted.dtype)
-            lost = np.isnan(numbers) if wanted.gaps else np.zeros(numbers.shape, np.bool_)
-            known = np.isfinite(numbers)
-            if not (known | lost).all():
-                return "holds infinity" if wanted.gaps else "holds NaN or infinity"
-            numbers = numbers[known]
-        low, high = self._range(wanted)
+            return _text_problem(values), turned
+        # whole numbers may not fit into what they are turned into
+        return self._range_problem(wanted, turned if wanted.kinds == "fiu" else values), turned
+
+    def _range_problem(self, wanted: Array, numbers: NDArray[Any]) -> str:
         if not numbers.size:
             return ""
         least, most = numbers.min().item(), numbers.max().item()
+        if not np.isfinite([least, most]).all():
+            if not wanted.gaps or np.isinf(numbers).any():
+                return "holds infinity" if wanted.gaps else "holds NaN or infinity"
+            return self._range_problem(wanted, numbers[~np.isnan(numbers)])
+        low, high = self._range(wanted)
         within = low <= least <= most <= high
         return "" if within else f"goes from {least:g} to {most:g}, not {low:g} to {high:g}"
 

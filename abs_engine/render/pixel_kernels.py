@@ -20,7 +20,7 @@ def _weights(clip, faces, f, px, py, width, height):
     """
     X = (px + 0.5) * 2.0 / width - 1.0
     Y = (py + 0.5) * 2.0 / height - 1.0
-    a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+    a, b, c = np.uint32(faces[f, 0]), np.uint32(faces[f, 1]), np.uint32(faces[f, 2])
     w0, w1, w2 = np.float64(clip[a, 3]), np.float64(clip[b, 3]), np.float64(clip[c, 3])
     x0, y0 = clip[a, 0] - X * w0, clip[a, 1] - Y * w0
     x1, y1 = clip[b, 0] - X * w1, clip[b, 1] - Y * w1
@@ -59,13 +59,13 @@ def shade(clip, faces, uv, texture, facet, depth, bary, rgb):
     height, width = facet.shape
     for y in range(height):
         for x in range(width):
-            f = facet[y, x] - 1
-            if f < 0:
+            if facet[y, x] == 0:
                 continue
+            f = np.uint32(facet[y, x] - 1)
             b0, b1, b2, z = _weights(clip, faces, f, x, y, width, height)
             depth[y, x] = z
             bary[y, x, 0], bary[y, x, 1], bary[y, x, 2] = b0, b1, b2
-            a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+            a, b, c = np.uint32(faces[f, 0]), np.uint32(faces[f, 1]), np.uint32(faces[f, 2])
             u = b0 * uv[a, 0] + b1 * uv[b, 0] + b2 * uv[c, 0]
             v = b0 * uv[a, 1] + b1 * uv[b, 1] + b2 * uv[c, 1]
             rgb[y, x, 0], rgb[y, x, 1], rgb[y, x, 2] = _texel(texture, u, v)

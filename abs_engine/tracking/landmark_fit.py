@@ -160,15 +160,16 @@ def fit_frame(
         if held is not None:
             pose = held.pose
         for _ in range(LANDMARK_EVIDENCE.steps):
-            step = _step(_normal(shape, seen, openings, pose, posture), posture, held is not None)
+            found = _normal(shape, seen, openings, pose, posture)
+            step = _step(found, posture, held is not None)
             pose, posture = turned(shape, pose, step[:6]), posture + step[6:]
-            if np.abs(np.r_[step[:3], step[6:]]).max() < HEAD_POSE.settled:
+            if np.abs(np.r_[step[:3], step[6:]]).max() < HEAD_POSE.frame_settled:
                 break
-        found = _normal(shape, seen, openings, pose, posture)
-    information = found.information.copy()
+    # where the last step, which is short, leads
+    information, gradient = found.information, found.gradient + found.information @ step
     if held is not None:
         information[:6, :6] += held.information
-    return FrameLandmarks(pose, posture, information, found.gradient, found.misfit)
+    return FrameLandmarks(pose, posture, information, gradient, found.misfit)
 
 
 def _step(found: _Normal, posture: FloatArray, held: bool) -> FloatArray:

@@ -30,13 +30,13 @@ from abs_engine.tracking.frame_times import evenly_spaced
 from abs_engine.tracking.run_table import closed_frames
 
 OVERLAY = "overlay"  # what it is called among what frames cost
-LEAST_HEIGHT = 640  # of the drawn frame
+LEAST_HEIGHT = 576  # of the drawn frame
 PANEL_WIDTH = 448
 ACROSS = 2.2  # mouth widths in the panel
 STRIP_HEIGHT = 96
 STRIP_SECONDS = 4.0
 STRIP_MM = 25.0  # aperture at the strip's top
-_CODING = 22, "ultrafast"  # x264's quality and preset: half of the time
+_CODING = 24, "ultrafast"  # x264's quantiser and preset: half of the time
 
 
 class Overlay:
@@ -175,10 +175,9 @@ class Painter:
         y = bottom - np.clip(values / STRIP_MM, 0, 1) * (bottom - top)
         limit = round(bottom - CLOSED_APERTURE / STRIP_MM * (bottom - top))
         cv2.line(strip, (0, limit), (width, limit), GREY, 1)
-        for k in range(1, len(values)):
-            if np.isfinite(values[k - 1 : k + 1]).all():
-                ends = np.rint(np.array([x[k - 1 : k + 1], y[k - 1 : k + 1]]).T * 16).astype(int)
-                cv2.line(strip, tuple(ends[0]), tuple(ends[1]), OUTER, 1, cv2.LINE_AA, 4)
+        lines = np.split(np.column_stack([x, y]), np.flatnonzero(~np.isfinite(values)))
+        fixed = [np.rint(p[np.isfinite(p[:, 1])] * 16).astype(np.int32) for p in lines]
+        cv2.polylines(strip, [p for p in fixed if len(p) > 1], False, OUTER, 1, cv2.LINE_AA, 4)
         write_text(
             strip, f"aperture, last {STRIP_SECONDS:.0f} s, 0 to {STRIP_MM:.0f} mm", (8, 20), WHITE
         )

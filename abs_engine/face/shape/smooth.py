@@ -55,7 +55,8 @@ def mirrored_modes(
     half = vertices[vertices[:, 0] >= 0]
     here = half[_spread(half, min(SHAPE.smooth_samples // 2, len(half)))]
     there = here * np.array([-1.0, 1.0, 1.0])
-    near, far = (_kernel(vertices, x, scales) for x in (here, there))
+    single = vertices.astype(np.float32)  # takes half of the time
+    near, far = (_kernel(single, x.astype(np.float32), scales) for x in (here, there))
     own, across = (_kernel(here, x, scales) for x in (here, there))
     even, odd = (_fields(0.5 * (near + s * far), 0.5 * (own + s * across)) for s in (1.0, -1.0))
     across_face = _widest(np.concatenate([odd, asymmetry * even]))
@@ -66,16 +67,17 @@ def mirrored_modes(
     return each.reshape(-1, len(vertices), 3)
 
 
-def _widest(fields: FloatArray) -> FloatArray:
+def _widest(fields: NDArray[np.floating]) -> NDArray[np.floating]:
     """The fields (K, V) that move most, at most `SHAPE.smooth_fields`."""
     return np.asarray(fields[np.argsort(-(fields**2).sum(axis=1))[: SHAPE.smooth_fields]])
 
 
-def _fields(kernel: FloatArray, samples: FloatArray) -> FloatArray:
+def _fields(kernel: NDArray[np.floating], samples: NDArray[np.floating]) -> NDArray[np.floating]:
     """Eigenfunctions (K, V) by the kernel (V, S) to samples, and of the samples (S, S)."""
     values, vectors = np.linalg.eigh(samples + 1e-6 * np.eye(len(samples)))
     order = np.argsort(-values)[: SHAPE.smooth_fields]
-    return np.asarray((kernel @ (vectors[:, order] / np.sqrt(values[order]))).T)
+    along = (vectors[:, order] / np.sqrt(values[order])).astype(kernel.dtype)
+    return np.asarray((kernel @ along).T)
 
 
 def _spread(vertices: FloatArray, count: int) -> NDArray[np.int_]:
@@ -90,10 +92,12 @@ def _spread(vertices: FloatArray, count: int) -> NDArray[np.int_]:
 
 
 def _kernel(
-    one: FloatArray, other: FloatArray, scales: Sequence[tuple[float, float]]
-) -> FloatArray:
+    one: NDArray[np.floating],
+    other: NDArray[np.floating],
+    scales: Sequence[tuple[float, float]],
+) -> NDArray[np.floating]:
     """Covariance (N, M) of the displacements at points, mm^2."""
-    out = np.zeros((len(one), len(other)))
+    out = np.zeros((len(one), len(other)), one.dtype)
     for first in range(0, len(one), _AT_ONCE):  # few enough to stay in a processor's cache
         part, sums = one[first : first + _AT_ONCE], out[first : first + _AT_ONCE]
         apart = (part**2).sum(1)[:, None] + (other**2).sum(1) - 2 * part @ other.T

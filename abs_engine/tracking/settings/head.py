@@ -28,10 +28,12 @@ class HeadSettings:
         Gauss-Newton steps in each round. Not measured.
     frame_steps : int
         Gauss-Newton steps of a frame's pose at most. Not measured.
-    frame_settled : float, rad
-        After a turn by less, the next step hardly moves the head and is left out. Not measured.
+    frame_settled : float, rad and standard deviations
+        After a step by less, the next hardly moves the head of a frame, or its landmarks, and is
+        left out. Measured: with 0.001 for landmarks, poses, apertures and motion in 48 films of
+        other heads are alike.
     settled : float, rad and standard deviations
-        The same of the fit of a frame's landmarks, and of the joint fit. Not measured.
+        The same of the joint fit. Not measured.
     identity_counts : float, rad per standard deviation
         By which a step of the identity counts in that. Not measured.
     near : int, frames
