@@ -45,12 +45,14 @@ def _poses(run: TrackedRun, smoothing: Smoothing) -> tuple[FloatArray, FloatArra
     There rotation vectors do not jump, as those of a face that looks into the camera do.
     """
     turned = np.full((len(run), 3), np.nan)
-    for frame in run.frames:
+    there = np.isfinite(run.arrays["rotation"]).all(axis=1)
+    posed = np.flatnonzero(there).tolist()  # frames with a covered mouth among them
+    for frame in posed:
         turned[frame] = Pose(FACING.T @ run.pose(frame).rotation, np.zeros(3)).rotation_vector
     cut = cuts(run.arrays)
     turned = smoothing(turned, run.rate, cut)
     rotation = np.full((len(run), 3), np.nan)
-    for frame in run.frames:
+    for frame in posed:
         about = Pose.from_vectors(turned[frame], np.zeros(3)).rotation
         rotation[frame] = Pose(FACING @ about, np.zeros(3)).rotation_vector
     return rotation, smoothing(run.arrays["translation"], run.rate, cut)

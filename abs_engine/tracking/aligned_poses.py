@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import FaceNotFoundError, ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.settings.head import HEAD_POSE
@@ -72,16 +72,23 @@ def _placed(
     def off(x: FloatArray) -> FloatArray:
         return np.asarray(x[0] * there + turns @ x[1:] - wanted)
 
+    ratio = float(np.median(wanted[:, 2] / (there + turns @ usual)[:, 2]))
+    start = np.r_[ratio, usual]
+    near = _together(off(start))
+
     def residuals(x: FloatArray) -> FloatArray:
         held = (x[1:] - usual) / HEAD_POSE.given_origin
-        return np.concatenate([off(x).ravel() / PREPARATION.pose_deviation[3], held])
+        return np.concatenate([off(x)[near].ravel() / PREPARATION.pose_deviation[3], held])
 
-    ratio = float(np.median(wanted[:, 2] / (there + turns @ usual)[:, 2]))
-    found = least_squares(
-        residuals, np.r_[ratio, usual], loss="soft_l1", x_scale=HEAD_POSE.given_step
-    )
+    found = least_squares(residuals, start, loss="soft_l1", x_scale=HEAD_POSE.given_step)
     away = float(np.median(np.linalg.norm(off(found.x), axis=1)))
     return float(found.x[0]), found.x[1:], away
+
+
+def _together(off: FloatArray) -> BoolArray:
+    """Frames (N,) that are off (N, 3), mm, about alike: a small scale would hide a wrong pose."""
+    apart = np.linalg.norm(off - np.median(off, axis=0), axis=1)
+    return np.asarray(apart <= max(HEAD_POSE.given_away, 3 * float(np.median(apart))))
 
 
 def _laid(pose: Pose, turn: FloatArray, scale: float, shift: FloatArray, pivot: FloatArray) -> Pose:

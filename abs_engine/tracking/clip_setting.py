@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol, runtime_checkable
 
 from abs_engine.core.arrays import FloatArray
@@ -22,6 +23,7 @@ from abs_engine.fit.search import Again, Minimiser
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.drivers import SIMPLEX
 from abs_engine.tracking.frame_state import HeadFrame, Memory, Motion
+from abs_engine.tracking.frame_times import evenly_spaced
 from abs_engine.tracking.mouth_landmarks import Landmarked, MouthLandmarks
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
@@ -221,3 +223,8 @@ class ClipSetting:
     warnings: tuple[str, ...] = ()
     hint: str = ""
     clock: Clock = field(default_factory=lambda: Clock(time.thread_time))
+
+    @cached_property
+    def uneven_times(self) -> tuple[float, ...]:
+        """Times of the frames, s; empty where they are evenly spaced, or not known."""
+        return () if evenly_spaced(self.times, self.rate) else self.times

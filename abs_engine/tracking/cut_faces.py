@@ -14,6 +14,7 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
 from abs_engine.tracking.landmark_fit import FrameLandmarks, fit_frame
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import EYES, Landmarks
@@ -53,8 +54,12 @@ class MouthInPicture:
         if not trust.any():
             return False
         fit = fit_frame(self.shape, seen, self.camera, start, trust=trust)
-        shown = self._lips.in_picture(fit.pose, fit.posture[: self.modes])
-        return shown >= FRAME_LOOP.least_by_face
+        return self.shown(fit.pose, fit.posture[: self.modes])
+
+    def shown(self, pose: Pose, posture: FloatArray | None = None) -> bool:
+        """Whether it does in a pose, and a posture (P,), by default the average of speech."""
+        mouth = np.zeros(self.modes) if posture is None else posture
+        return self._lips.in_picture(pose, mouth) >= FRAME_LOOP.least_by_face
 
 
 def trust_at_border(landmarks: Landmarks, size: Size) -> FloatArray | None:

@@ -33,7 +33,7 @@ class Shot:
     index : int
         Its number; numbers are left out where frames were dropped.
     time : float
-        When it was taken, seconds; NaN in a clip, of which every frame is looked at.
+        When it was taken, seconds; NaN in a clip whose frames are evenly spaced.
     """
 
     image: Image

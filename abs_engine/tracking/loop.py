@@ -65,7 +65,7 @@ def track(
     image, FrameResult
         Each frame with what was found in it.
     """
-    shots = (Shot(image, index) for index, image in enumerate(images))
+    shots = (Shot(image, k, _uneven_time(setting, k)) for k, image in enumerate(images))
     with closed_after(track_shots(setting, shots, memory, journal)) as found:
         for shot, result in found:
             yield shot.image, result
@@ -118,6 +118,8 @@ def track_shots(
     with one_thread(), closed_after(frames):
         for shot, frame, hidden in frames:
             memory = replace(memory, gap=_gap(setting, shot.time - last))
+            if frame.cut:  # the mouth before it is no guide
+                memory = memory.lost()
             earlier = None if journal is None else journal.earlier()
             result, memory = earlier or _step(setting, shot.index, frame, hidden, memory)
             result = replace(result, cut=frame.cut)
@@ -126,6 +128,11 @@ def track_shots(
             last = shot.time
             yield shot, result
         head.finish()
+
+
+def _uneven_time(setting: ClipSetting, index: int) -> float:
+    """Time of a clip's frame, s; NaN where frames are evenly spaced, or it is not known."""
+    return setting.uneven_times[index] if index < len(setting.uneven_times) else float("nan")
 
 
 def _gap(setting: ClipSetting, seconds: float) -> float:

@@ -26,7 +26,6 @@ from abs_engine.tracking.contours import (
     cut,
     write_text,
 )  # fmt: skip
-from abs_engine.tracking.frame_times import evenly_spaced
 from abs_engine.tracking.run_table import closed_frames
 
 OVERLAY = "overlay"  # what it is called among what frames cost
@@ -103,8 +102,7 @@ class Painter:
         self._whole = Window(0, 0, width, height, scale)
         self._drawing = LipDrawing.of(setting)
         self._rate = setting.rate
-        even = evenly_spaced(setting.times, setting.rate)
-        self.times = () if even else setting.times  # when each frame is shown, s
+        self.times = setting.uneven_times  # when each frame is shown, s
         self._panel: Window | None = None
         drawn_width, drawn_height = (2 * (n // 2) for n in self._whole.drawn)
         self._frame = drawn_width, drawn_height

@@ -22,9 +22,15 @@ from abs_engine.tracking.run_warnings import (
     mostly_lost,
     reasons_lost,
     small_mouth,
+    untimed,
     without_colour,
 )
 from abs_engine.tracking.shot_cuts import cut_line
+
+
+def _with_gaps(index: NDArray[np.int_]) -> bool:
+    """Whether numbers of frames (T,) are left out, as of a camera's that were dropped."""
+    return not np.array_equal(index, np.arange(len(index)))
 
 
 def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[str, Any]:
@@ -49,9 +55,10 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
     lost = mostly_lost(found, arrays["status"])
     shut = all_closed(arrays["closed"][found], arrays["time"][found])
     partly = without_colour(arrays["status"])
+    timed = [] if _with_gaps(arrays["index"]) else untimed(len(found), len(setting.times))
     doubted = [*lost, *little, *shut, *partly, *landmarks.get("warnings", ())]
     hints = [setting.hint] if doubted and setting.hint else []
-    warnings = [*setting.warnings, *shots, *small, *near, *doubted, *hints]
+    warnings = [*setting.warnings, *timed, *shots, *small, *near, *doubted, *hints]
     work = arrays["evaluations"][found]
     return {
         "frames": len(found),

@@ -72,6 +72,10 @@ NO_EYES = (
     "the eyes are outside of the picture: how large the head is follows from the rest of the face, "
     "and all lengths may be off by about {:.0%}; film the whole face"
 )
+OTHER_TIMES = (
+    "{} could be read, but the file gives times of {}: theirs follow from the mean rate, and may "
+    "be off; convert the video, for example with ffmpeg"
+)
 ALL_CLOSED = (
     "the lips are closed in all {} that were tracked: if the person speaks there, look at the "
     "overlay before you use it"
@@ -148,6 +152,19 @@ def all_closed(closed: NDArray[np.bool_], time: NDArray[np.float64]) -> list[str
     if not (len(closed) and closed.all() and np.ptp(time) > FRAME_LOOP.longest_closed):
         return []
     return [ALL_CLOSED.format(counted(len(closed), "frame"))]
+
+
+def untimed(count: int, times: int) -> list[str]:
+    """Warning that a video's times are of another number of frames than were read, if they are.
+
+    Parameters
+    ----------
+    count, times : int
+        Of the frames that were read, and of the times that the file gives; 0 without any.
+    """
+    if not times or count == times:
+        return []
+    return [OTHER_TIMES.format(counted(count, "frame"), f"{times:,}")]
 
 
 def without_colour(status: NDArray[np.str_]) -> list[str]:

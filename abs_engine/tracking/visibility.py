@@ -38,10 +38,10 @@ class ByLook:
     usual: UsualLook | None
     place: MouthInPicture | None = None
 
-    def hidden(self, frame: HeadFrame, _pose: Pose) -> str:
+    def hidden(self, frame: HeadFrame, pose: Pose) -> str:
         """Reason why the mouth cannot be seen; empty where it can."""
-        if frame.face is None:
-            return ""
+        if frame.face is None:  # its pose is given
+            return "" if self.place is None or self.place.shown(pose) else OUTSIDE
         seen, fit = frame.face.landmarks, frame.face.fit
         if self.place is not None and not self.place.whole(seen, fit):
             return OUTSIDE

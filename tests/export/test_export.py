@@ -13,7 +13,7 @@ import parselmouth
 import pygltflib
 import pytest
 import trimesh
-from runs import written_run
+from runs import lost_result, toy_result, toy_setting, written_run
 
 from abs_engine.cli import main
 from abs_engine.core.errors import (
@@ -36,6 +36,7 @@ from abs_engine.export.writing import export_run
 from abs_engine.face.head import PROTOTYPES
 from abs_engine.face.schema import ICT_68, face_unit
 from abs_engine.io.morphs import read_morphs
+from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.smoothing import Smoothing
 
 POSTURES = (0, 1, 2, 3, None, 1, 0)
@@ -88,6 +89,17 @@ def test_a_run_is_smoothed_only_where_that_is_asked_for(tmp_path, capsys):
     tables = [(tmp_path / name / "measures.tsv").read_text() for name in ("raw", "smooth")]
     assert tables[0] != tables[1]
     assert len(tables[0].splitlines()) == len(tables[1].splitlines())
+
+
+def test_a_covered_mouth_has_its_whole_pose_when_smoothed(tmp_path):
+    recorder = Recorder(toy_setting())
+    for k in range(12):
+        seen = toy_result(k) if k != 6 else replace(lost_result(k), covered=True)
+        recorder.add(replace(seen, pose=toy_result(k).pose))
+    recorder.record().write(tmp_path, {})
+    soft, _ = smoothed(read_run(tmp_path), Smoothing.named("savitzky-golay:5"))
+    for name in ("rotation", "translation"):
+        assert np.isfinite(soft.arrays[name]).all()
 
 
 def test_arkit_is_read_as_the_same_face(folder, run, clip, tmp_path):

@@ -198,8 +198,37 @@ def test_a_recording_may_begin_between_key_frames(tmp_path):
     path = write_kind(tmp_path / "v.ts", "libx264", drift(40), gop=10)
     whole = path.read_bytes()
     path.write_bytes(whole[len(whole) // 5 // 188 * 188 :])
-    assert 25 <= len(list(read_frames(path))) < 40
-    probe(path)
+    shown, info = len(list(read_frames(path))), probe(path)
+    assert 25 <= shown < 40
+    assert info.frames == len(info.times) == shown
+
+
+def test_pictures_that_nobody_is_shown_are_not_counted(tmp_path):
+    """As alternate reference frames of VP8 are, which have packets and times of their own."""
+    shown = write_kind(tmp_path / "shown.webm", "libvpx", drift(30))
+    path = tmp_path / "hidden.webm"
+    with av.open(str(shown)) as source, av.open(str(path), "w") as copy:
+        stream = copy.add_stream_from_template(source.streams.video[0])
+        for number, packet in enumerate(p for p in source.demux() if p.size):
+            data, stamp = bytearray(bytes(packet)), packet.pts
+            twice = number % 10 == 5 and data[0] & 1  # not of a key frame
+            for hidden in (False, True)[: 1 + twice]:
+                data[0] = data[0] & ~0x10 if hidden else data[0]
+                one = av.Packet(bytes(data))
+                one.pts = one.dts = stamp + 20 * hidden
+                one.time_base, one.stream = packet.time_base, stream
+                one.is_keyframe = packet.is_keyframe
+                copy.mux(one)
+    info = probe(path)
+    assert info.frames == len(list(read_frames(path))) == 30
+    assert info.rate == pytest.approx(probe(shown).rate, rel=0.01)
+
+
+def test_a_picture_an_hour_can_be_written(tmp_path):
+    with VideoWriter(tmp_path / "v.mp4", (96, 80), 1 / 3600) as writer:
+        for picture in drift(3):
+            writer.write(picture)
+    assert len(list(read_frames(tmp_path / "v.mp4"))) == 3
 
 
 @pytest.mark.parametrize(

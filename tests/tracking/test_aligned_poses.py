@@ -49,6 +49,17 @@ def test_a_few_frames_tell_of_all_and_one_that_is_off_of_none():
     assert np.abs(away).max() < 0.3  # of 50
 
 
+@pytest.mark.parametrize("off", [[300.0, 0, 0], [0, 0, 300.0], [0, 90.0, 0]])
+def test_two_wrong_poses_of_nine_do_not_shrink_all_others(off):
+    true = [Pose(own()[k].rotation, [2.0 * k, 1.0, 600 + k]) for k in range(9)]
+    given = [of_another_head(pose) for pose in true]
+    for wrong in (2, 6):
+        given[wrong] = Pose(given[wrong].rotation, given[wrong].translation + np.array(off))
+    found = aligned(given, list(enumerate(true)), PIVOT)
+    for k in (0, 4, 8):
+        np.testing.assert_allclose(found[k].translation, true[k].translation, atol=0.5)
+
+
 def test_poses_that_turn_otherwise_than_the_face_are_refused():
     true, other = own(), own()
     with pytest.raises(ParameterError, match=r"do not move as the face does.*degrees"):

@@ -12,6 +12,7 @@ from runs import write_kind
 
 import abs_engine
 from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
 from abs_engine.tracking.blob_visibility import OUTSIDE
 from abs_engine.tracking.cut_faces import MouthInPicture, shows_eyes, trust_at_border
 from abs_engine.tracking.frame_state import HeadFrame, SeenFace
@@ -133,6 +134,14 @@ def test_a_frame_whose_mouth_is_cut_through_is_lost_for_that():
     cut = above(row, mouth=row - 1.0)
     assert reason(cut, place) == OUTSIDE
     assert reason(whole(), MouthInPicture(shape(), MODES, CAMERA)) == ""
+
+
+def test_a_given_pose_beside_the_picture_has_no_mouth_in_it():
+    place = MouthInPicture(shape(), MODES, CAMERA)
+    image = np.full((HEIGHT, WIDTH, 3), 128, np.uint8)
+    beside = Pose(AHEAD.rotation, AHEAD.translation + np.array([400.0, 0.0, 0.0]))
+    seen = [ByLook(None, None, place).hidden(HeadFrame(image, p), p) for p in (AHEAD, beside)]
+    assert seen == ["", OUTSIDE]
 
 
 def test_a_run_that_never_sees_the_eyes_is_less_sure_of_its_scale(tmp_path):

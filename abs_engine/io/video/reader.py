@@ -18,6 +18,7 @@ from abs_engine.io.video.writer import Frame
 
 _LONGEST_TAIL = 1000  # packets; with rarer key frames only `read_frames` judges the last frames
 
+_VP8_SHOWN = 0x10  # of the first byte of a packet
 _TIMELESS = 0x80  # AVFMT_NOTIMESTAMPS of FFmpeg's libavformat/avformat.h; PyAV types it wrongly
 
 
@@ -75,7 +76,7 @@ def probe(path: Path) -> VideoInfo:
     height, width = shown_size(first, aspect, turn)
     with open_video(path) as container:
         stream = picture_stream(container)
-        begins, times, count, still = _survey(path, container, stream)
+        begins, times, count, still = _survey(path, container, stream, first.pts)
         stated = float(stream.average_rate or stream.guessed_rate or 0)
         clock = "file"
         if still or container.format.flags & _TIMELESS:  # what there is, FFmpeg made up
@@ -165,12 +166,16 @@ def _first_frame(path: Path) -> tuple[av.VideoFrame, float]:
 
 
 def _survey(
-    path: Path, container: av.container.InputContainer, stream: av.VideoStream
+    path: Path,
+    container: av.container.InputContainer,
+    stream: av.VideoStream,
+    first: int | None,
 ) -> tuple[float | None, tuple[float, ...], int, bool]:
     """Time of the first frame shown, all times from it on, their number, and if all are one time.
 
     Complains if the file breaks off. Only the last two groups of pictures are decoded: the first
-    frames of a group may lean on the group before.
+    frames of a group may lean on the group before. Of a recording that begins between two key
+    frames, what would come before the `first` frame that can be shown, as stamped, is left out.
     """
     ending = Ending(path, container, stream)
     stamps: list[int | None] = []
@@ -185,7 +190,7 @@ def _survey(
                 before, last = last, []
             if len(last) <= _LONGEST_TAIL:
                 last.append(packet)
-            if packet.size and not packet.is_discard:  # an edit list's, which nobody is shown
+            if _is_shown(packet, stream, first):
                 stamps.append(packet.pts)
         tail = before + last if len(before + last) <= _LONGEST_TAIL else []
         for packet in tail:
@@ -199,6 +204,18 @@ def _survey(
         return None, (), len(stamps), len(set(known)) == 1
     times = tuple(float((stamp - known[0]) * unit) for stamp in known)
     return (float(known[0] * unit) if known else None), times, len(stamps), False
+
+
+def _is_shown(packet: av.Packet[Any], stream: av.VideoStream, first: int | None) -> bool:
+    """Whether a frame comes of a packet that somebody is shown: an edit list discards some.
+
+    VP8 has packets whose picture others are made from and nobody sees (RFC 6386, section 9.1).
+    """
+    if not packet.size or packet.is_discard:
+        return False
+    if first is not None and packet.pts is not None and packet.pts < first:
+        return False
+    return stream.codec_context.name != "vp8" or bool(bytes(packet)[0] & _VP8_SHOWN)
 
 
 def _rate(times: tuple[float, ...], stated: float) -> float:

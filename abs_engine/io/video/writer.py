@@ -15,6 +15,7 @@ Frame = NDArray[np.uint8]
 """A picture, (H, W, 3) uint8 RGB, row 0 at the top."""
 
 
+_SLOWEST = Fraction(1, 1000)  # frames per second
 _CLOCK = Fraction(1, 90_000)  # s, of MPEG: holds milliseconds and common frame rates exactly
 
 
@@ -52,7 +53,7 @@ class VideoWriter:
     ) -> None:
         self._container = av.open(str(path), "w")
         codec = "libx264rgb" if crf == 0 else "libx264"
-        step = 1 / Fraction(rate).limit_denominator(1000)
+        step = 1 / max(Fraction(rate).limit_denominator(1000), _SLOWEST)
         stream = cast(
             "av.VideoStream",  # PyAV's types know few codecs by their names
             self._container.add_stream(codec, rate=1 / step),

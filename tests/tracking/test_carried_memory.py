@@ -1,0 +1,61 @@
+"""State that is carried from frame to frame, over cuts and uneven times."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from runs import lost_result
+
+from abs_engine.core.clock import Clock
+from abs_engine.core.geometry import FACING, Pose
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.tracking import loop
+from abs_engine.tracking.clip_setting import ClipSetting
+from abs_engine.tracking.frame_state import HeadFrame, Memory
+from abs_engine.tracking.loop import track
+
+POSE = Pose(FACING, [0.0, 0.0, 700.0])
+IMAGE = np.zeros((4, 4, 3), np.uint8)
+
+
+class Follower:
+    """A head that stays where it is, in shots of two frames."""
+
+    def __init__(self) -> None:
+        self._count = 0
+
+    def step(self, image, _memory):
+        """The next frame."""
+        self._count += 1
+        return HeadFrame(image, POSE, cut=self._count == 3)
+
+    def finish(self):
+        """Any number will do."""
+
+
+def carried(monkeypatch, times, rate=25.0):
+    """The memory that each of four frames is fitted with."""
+    seen = []
+
+    def step(_setting, index, _frame, _hidden, memory):
+        seen.append(memory)
+        return lost_result(index), Memory(np.full(8, float(index)), POSE, np.zeros(8))
+
+    monkeypatch.setattr(loop, "_step", step)
+    motion = SimpleNamespace(follower=Follower)
+    setting = ClipSetting(None, None, CpuRenderer(), rate, motion, None, times=times, clock=Clock())
+    assert len(list(track(setting, [IMAGE] * 4))) == 4
+    return seen
+
+
+def test_nothing_of_the_mouth_is_carried_over_a_cut(monkeypatch):
+    seen = carried(monkeypatch, ())
+    assert [memory.vector is None for memory in seen] == [True, False, True, False]
+
+
+def test_a_mouth_may_move_farther_where_time_has_passed(monkeypatch):
+    gaps = [memory.gap for memory in carried(monkeypatch, (0.0, 0.04, 1.04, 1.08))]
+    assert gaps == [1.0, pytest.approx(1.0), pytest.approx(25.0), pytest.approx(1.0)]
+    assert {memory.gap for memory in carried(monkeypatch, (0.0, 0.04, 0.08, 0.12))} == {1.0}
