@@ -109,6 +109,7 @@ def report_lines(diagnosis: Diagnosis) -> list[str]:
         lines.append("chosen: the CPU rasteriser, as no OpenGL works")
     else:
         lines.append(f"chosen: {diagnosis.chosen} ({diagnosis.renderer}, {diagnosis.version})")
+        lines.append("track is fastest with --renderer cpu")
     lines.append("one evaluation (1,280 facets, 64x64 pixels):")
     for timing in diagnosis.timings:
         took = timing.detail if timing.milliseconds is None else f"{timing.milliseconds:.3f} ms"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import fields
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -114,9 +115,11 @@ def _options(
     given: dict[str, Any], camera: str | Path | Camera | None, terms: str | Sequence[str] | None
 ) -> TrackOptions:
     known = [one.name for one in fields(TrackOptions) if one.name not in _INTERNAL]
+    named = [name for name in signature(track).parameters if name not in ("video", "options")]
     for name in given:
         if name not in known:
-            raise ParameterError(f"there is no option '{name}'", nearest(name, known))
+            every = list(dict.fromkeys([*named, *known]))
+            raise ParameterError(f"there is no option '{name}'", nearest(name, every))
     if camera is not None and not isinstance(camera, Camera):
         check_kind("camera", camera, (PATH[0], "a path or a Camera"))
         camera = load_camera(Path(camera))

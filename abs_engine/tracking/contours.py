@@ -70,16 +70,43 @@ class LipDrawing:
             fixed = np.rint(window.to_drawn(points) * 2**_FRACTION).astype(np.int32)
             cv2.polylines(picture, [fixed], closed, colour, 1, cv2.LINE_AA, _FRACTION)
 
-    def mouth_window(self, pose: Pose, size: tuple[int, int], across: float) -> Window:
-        """The window around the mouth, `across` mouth widths wide, drawn at `size` pixels."""
+    def view(self, pose: Pose, size: tuple[int, int], across: float) -> MouthView:
+        """The mouth, upright to 45 degrees, `across` mouth widths wide, at `size` pixels."""
         pixels = self.camera.project(pose.apply(self.mouth))
+        down = np.subtract(*self.camera.project(pose.apply(self.mouth.mean(axis=0) + _DOWN)))
+        turns = round(float(np.arctan2(*down)) / (np.pi / 2))  # of a face on its side
         low, high = pixels.min(axis=0), pixels.max(axis=0)
-        scale = size[0] / (across * max(1.0, float(high[0] - low[0])))
-        width, height = size[0] / scale, size[1] / scale
-        centre = 0.5 * (low + high) + np.array([0.0, 0.08 * (high[0] - low[0])])
-        return Window(
-            float(centre[0] - width / 2), float(centre[1] - height / 2), width, height, scale
-        )
+        wide = float((high - low)[turns % 2])
+        scale = size[0] / (across * max(1.0, wide))
+        width, height = (side / scale for side in (size[::-1] if turns % 2 else size))
+        below = np.rint([np.sin(turns * np.pi / 2), np.cos(turns * np.pi / 2)])
+        left, top = 0.5 * (low + high - [width, height] + 1) + 0.08 * wide * below
+        return MouthView(self, Window(float(left), float(top), width, height, scale), -turns)
+
+
+@dataclass(frozen=True, eq=False)
+class MouthView:
+    """The mouth in a frame, enlarged and upright.
+
+    Parameters
+    ----------
+    drawing : LipDrawing
+    window : Window
+        Of the frame.
+    turns : int
+        Quarter turns, against the clock, after which it is upright.
+    """
+
+    drawing: LipDrawing
+    window: Window
+    turns: int
+
+    def of(self, image: Image, result: FrameResult | None = None) -> Image:
+        """What a frame (H, W, 3) shows there; with the contours of a result, if one is given."""
+        picture = cut(self.window, image)
+        if result is not None:
+            self.drawing.draw(picture, self.window, result)
+        return np.ascontiguousarray(np.rot90(picture, self.turns))
 
 
 def _meeting(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -109,8 +110,23 @@ def prepare_head(
         if options.mouth is not None:
             _check_box(clip.video, FaceBox.around_mouth(*options.mouth))
         remark = "no face was seen where it was expected: started from colours"
-        return replace(by_blobs(clip, speaker, renderer, options, leaves, stage), remarks=remark)
+        with _box_named(options):
+            by_colour = by_blobs(clip, speaker, renderer, options, leaves, stage)
+        return replace(by_colour, remarks=remark)
     return by_blobs(clip, speaker, renderer, options, leaves, stage)
+
+
+@contextmanager
+def _box_named(options: TrackOptions) -> Iterator[None]:
+    """Advice of who gave the mouth's box, and no face is found there, not to give it."""
+    try:
+        yield
+    except FaceNotFoundError as error:
+        if options.mouth is None:
+            raise
+        raise FaceNotFoundError(
+            error.problem, "check that --mouth holds the whole mouth in the first frame"
+        ) from error
 
 
 def _check_made(speaker: Speaker) -> None:

@@ -23,7 +23,7 @@ from abs_engine.tracking.contours import (
     OUTER,
     WHITE,
     LipDrawing,
-    cut,
+    MouthView,
     write_text,
 )  # fmt: skip
 from abs_engine.tracking.run_table import closed_frames
@@ -103,7 +103,7 @@ class Painter:
         self._drawing = LipDrawing.of(setting)
         self._rate = setting.rate
         self.times = setting.uneven_times  # when each frame is shown, s
-        self._panel: Window | None = None
+        self._panel: MouthView | None = None
         drawn_width, drawn_height = (2 * (n // 2) for n in self._whole.drawn)
         self._frame = drawn_width, drawn_height
         self._crop = PANEL_WIDTH, 2 * (drawn_height // 4)
@@ -150,13 +150,11 @@ class Painter:
     def _mouth(self, image: Image, result: FrameResult) -> Image:
         """The enlarged mouth with contours, and below it as it is."""
         if result.pose is not None:
-            self._panel = self._drawing.mouth_window(result.pose, self._crop, ACROSS)
+            self._panel = self._drawing.view(result.pose, self._crop, ACROSS)
         panel = np.zeros((self._frame[1], PANEL_WIDTH, 3), np.uint8)
         if self._panel is None:
             return panel
-        plain = cut(self._panel, image)
-        drawn = plain.copy()
-        self._drawing.draw(drawn, self._panel, result)
+        plain, drawn = self._panel.of(image), self._panel.of(image, result)
         for line, (name, colour) in enumerate(LEGEND if result.found else ()):
             write_text(drawn, name, (8, 18 + 16 * line), colour, 0.4)
         height = self._crop[1]

@@ -15,6 +15,7 @@ from abs_engine.core.provenance import code_digest
 from abs_engine.core.registry import PLUGINS
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
+from abs_engine.core.words import counted
 from abs_engine.dataset.sums import digest
 from abs_engine.face.appearance.colour import ColourClasses, usable
 from abs_engine.io.head_points import POINTS
@@ -185,6 +186,8 @@ def track_video(
             smoothing = None if options.smooth is None else Smoothing.named(options.smooth)
             made.empty()
             with FrameJournal(frames, fingerprint((tracker.setting, tracker.memory))) as journal:
+                if remark is not None and journal.resumed:
+                    remark(f"resuming: {counted(journal.resumed, 'frame')} already tracked")
                 facts = RunFacts(settings, tracker.info.frames, took, journal.resumed)
                 results = tracker.results(journal)
                 record, told = write_run(

@@ -77,8 +77,10 @@ def known_scale(pupils: float, person: bool, poses: bool) -> Scale:
     """The scale of a head that is not fitted to landmarks, whose pupils are that far apart, mm."""
     if person:
         return Scale("known head", pupils, 0.0)
-    spread = PUPILS_SPREAD / USUAL_PUPILS
-    return Scale("given poses" if poses else "average head", pupils, spread)
+    if poses:
+        return Scale("given poses", pupils, PUPILS_SPREAD / USUAL_PUPILS)
+    spread = math.hypot(USUAL_PUPILS - pupils, PUPILS_SPREAD) / pupils  # about adults' mean
+    return Scale("average head", pupils, spread)
 
 
 def scale_line(told: Mapping[str, Any]) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 
 from abs_engine.core.arrays import Image
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.contours import LEGEND, LOST, WHITE, LipDrawing, cut, write_text
+from abs_engine.tracking.contours import LEGEND, LOST, WHITE, LipDrawing, write_text
 from abs_engine.tracking.run_table import closed_frames
 
 MOST_TILES = 80
@@ -45,10 +45,7 @@ class ContactSheet:
         if result.pose is None:
             write_text(tile, f"#{result.index}   {result.status}", at, LOST)
             return tile
-        window = self._drawing.mouth_window(result.pose, TILE, ACROSS)
-        picture = cut(window, image)
-        self._drawing.draw(picture, window, result)
-        tile[:height] = picture
+        tile[:height] = self._drawing.view(result.pose, TILE, ACROSS).of(image, result)
         if not result.found:
             write_text(tile, f"#{result.index}   {result.status}", at, LOST)
             return tile

@@ -33,7 +33,7 @@ def painted(picture, colour):
 
 def test_contours_are_where_the_camera_projects_them(drawing):
     result = toy_result(0, prototype=4)
-    window = drawing.mouth_window(result.pose, (480, 360), across=1.7)
+    window = drawing.view(result.pose, (480, 360), across=1.7).window
     picture = np.zeros((360, 480, 3), np.uint8)
     drawing.draw(picture, window, result)
     pixels = window.to_drawn(drawing.camera.project(result.pose.apply(result.lips)))
@@ -55,6 +55,22 @@ def test_beyond_the_borders_a_cut_is_black(scale):
     assert (picture[: round(12 * scale), round(10 * scale) :] == 90).all()
     assert (picture[round(12 * scale) :] == 0).all()
     assert (picture[:, : round(10 * scale)] == 0).all()
+
+
+@pytest.mark.parametrize("quarters", [1, 2, 3])
+def test_a_mouth_on_its_side_is_shown_upright(drawing, quarters):
+    result = toy_result(0, prototype=4)
+    roll = Rotation.from_euler("z", 90 * quarters, degrees=True).as_matrix()
+    turned = Pose(roll @ result.pose.rotation, roll @ result.pose.translation)
+    black = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
+    upright, rolled = (
+        drawing.view(pose, (240, 176), 1.7).of(black, replace(result, pose=pose))
+        for pose in (result.pose, turned)
+    )
+    assert rolled.shape == upright.shape
+    for colour in (OUTER, UPPER, LOWER):
+        one, other = (painted(picture, colour).mean(axis=0) for picture in (upright, rolled))
+        np.testing.assert_allclose(one, other, atol=1.5)
 
 
 def lines_of(drawing, window):
@@ -80,10 +96,10 @@ def test_lines_of_lips_that_reach_into_each_other_are_drawn_where_they_meet(draw
 
 
 def test_the_mouth_fills_its_window_whatever_it_does(drawing):
-    one = drawing.mouth_window(toy_result(0).pose, (240, 176), across=1.7)
+    one = drawing.view(toy_result(0).pose, (240, 176), across=1.7).window
     for prototype in (1, 4, 5):
         result = toy_result(1, prototype)
-        window = drawing.mouth_window(result.pose, (240, 176), across=1.7)
+        window = drawing.view(result.pose, (240, 176), across=1.7).window
         assert window == one
         assert window.drawn == (240, 176)
         outer = drawing.contours(result)[2][0]
@@ -135,7 +151,7 @@ def test_the_enlarged_mouth_says_what_the_contours_are():
 def test_large_video_is_not_enlarged():
     class Large:
         camera = type(toy_setting().camera).ideal((1921, 1081))
-        face, rate, times = toy_setting().face, 25.0, ()
+        face, rate, uneven_times = toy_setting().face, 25.0, ()
 
     painter = Painter(Large())
     assert painter.size == (1920 + 448, 1080 + 96)

@@ -15,7 +15,7 @@ from abs_engine.cli.parts.progress import Progress, say
 from abs_engine.cli.parts.settings import SETTINGS, settings_option, settings_text
 from abs_engine.cli.parts.summary import summary_lines
 from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, TERMS, load_plugin
-from abs_engine.core.words import counted, joined
+from abs_engine.core.words import joined
 from abs_engine.io.unfinished import check_output
 
 if TYPE_CHECKING:
@@ -168,9 +168,7 @@ def track(chosen: Chosen) -> Done:
             progress.remark,
             beside={SETTINGS: settings_text(track, vars(chosen), chosen.output)},
         )
-    before = run["timing"]["resumed_frames"]
     lines = [
-        *([f"{counted(before, 'frame')} already tracked"] if before else []),
         *summary_lines(run["summary"], run["timing"], run["settings"]["remarks"]),
         scale_line(run["settings"]["scale"]),
         f"wrote {chosen.output}; look at {chosen.output / SHEET} or {chosen.output / OVERLAY}",

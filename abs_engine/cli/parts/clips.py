@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
@@ -17,10 +17,13 @@ from abs_engine.cli.parts.progress import Progress
 from abs_engine.cli.parts.settings import SETTINGS, settings_text
 from abs_engine.core.clock import write_timing
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.words import counted
 
 if TYPE_CHECKING:
     from abs_engine.clips.job import Job, Outcome
     from abs_engine.tracking.options import TrackOptions
+
+_NAMED = 20  # clips with lost frames or warnings that are listed
 
 
 def are_many(chosen: Chosen) -> bool:
@@ -35,6 +38,7 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
     from abs_engine.clips.many import track_many
     from abs_engine.clips.table import TABLE, runs_folder, write_table
     from abs_engine.clips.worker import check_same_options
+    from abs_engine.tracking.output import SHEET
 
     if chosen.workers is not None and chosen.scheduler is not None:
         raise ParameterError("a scheduler has workers of its own", "leave out --workers")
@@ -62,8 +66,10 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
     failed = {job.name: outcomes[job.name] for job in jobs if outcomes[job.name].status == FAILED}
     table = chosen.output / TABLE
     lines = [
+        *_doubtful({name: outcome for name, outcome in outcomes.items() if name not in failed}),
         *(f"failed: {name}: {outcome.message}" for name, outcome in failed.items()),
-        f"{len(jobs) - len(failed)} of {len(jobs)} clips done; wrote {table}",
+        f"{len(jobs) - len(failed)} of {len(jobs)} clips done; wrote {table}; look at each clip's "
+        f"{SHEET}",
     ]
     facts = {
         "output": chosen.output,
@@ -72,6 +78,19 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
         "failed": {name: outcome.message for name, outcome in failed.items()},
     }
     return Done(lines, facts, 2 if failed else 0)
+
+
+def _doubtful(done: Mapping[str, Outcome]) -> Iterator[str]:
+    """Lines about clips that lost frames or have warnings, the first of them; the table has all."""
+    lines = []
+    for name, outcome in sorted(done.items()):
+        frames, found = outcome.frames or 0, outcome.found or 0
+        lost = [f"{frames - found} of {counted(frames, 'frame')} lost"] if found < frames else []
+        warned = [f"warning: {outcome.message}"] if outcome.message else []
+        lines += [f"{name}: {'; '.join([*lost, *warned])}"] if lost or warned else []
+    yield from lines[:_NAMED]
+    if len(lines) > _NAMED:
+        yield f"and {counted(len(lines) - _NAMED, 'clip')} more with lost frames or warnings"
 
 
 @contextmanager
