@@ -138,7 +138,11 @@ def test_a_demo_that_fails_leaves_no_folder_for_runs(fails, tmp_path, monkeypatc
 def test_a_video_without_a_face(fails, tmp_path, noise_video):
     line = fails(*track(noise_video, tmp_path / "run"))
     assert "no face was found" in line
-    assert "--mouth" in line
+    assert "needs --mouth" in line
+    longer = write_noise(tmp_path / "longer.mp4", 30)
+    line = fails(*track(longer, tmp_path / "run", "--mouth", 20, 20, 40, 30))
+    assert "no face was found" in line
+    assert "check that --mouth holds the whole mouth" in line
 
 
 def test_a_mouth_outside_of_the_picture(fails, tmp_path, noise_video):

@@ -20,6 +20,7 @@ from runs import write_kind
 from short import Threads
 
 from abs_engine.cli import main
+from abs_engine.cli.parts.clips import _doubtful
 from abs_engine.cli.parts.command import Done
 from abs_engine.clips.cluster import replace_lost
 from abs_engine.clips.job import FAILED, Job, Outcome, run_names
@@ -367,3 +368,18 @@ def test_a_scheduler_that_does_not_answer_leaves_nothing(monkeypatch, tmp_path, 
     assert main(["track", "a.mp4", "-o", str(tmp_path / "runs"), *words]) == 2
     assert "no scheduler answers at tcp://127.0.0.1:1" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_clips_that_lost_frames_or_have_warnings_are_named_and_others_not():
+    outcomes = {
+        "a": Outcome("done", frames=10, found=10, closed=2),
+        "b": Outcome("done", "look at the overlay", 10, 10, 0),
+        "c": Outcome("done", frames=10, found=7, closed=0),
+    }
+    assert list(_doubtful(outcomes)) == [
+        "b: warning: look at the overlay", "c: 3 of 10 frames lost",
+    ]  # fmt: skip
+    many = {f"{k:02d}": Outcome("done", frames=2, found=1) for k in range(25)}
+    lines = list(_doubtful(many))
+    assert lines[0] == "00: 1 of 2 frames lost"
+    assert lines[20:] == ["and 5 clips more with lost frames or warnings"]

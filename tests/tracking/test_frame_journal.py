@@ -61,7 +61,7 @@ def test_cut_off_twice_it_ends_with_the_same_bytes_and_leaves_nothing_beside(tmp
 
     told = track(video, folder, stage=other, remark=said.append)
     assert busy
-    assert said == [DISCARDED]
+    assert said == [DISCARDED, "resuming: 2 frames already tracked"]
     assert told["timing"]["resumed_frames"] == 2
     assert track(video, tmp_path / "own")["timing"]["resumed_frames"] == 0
     assert contents(folder) == contents(tmp_path / "own")

@@ -127,6 +127,7 @@ def test_the_table_is_that_of_the_file(run, written, video):
         ({"model_file": "/nope"}, "there is no option 'model_file'; did you mean 'model'?"),
         ({"progress": 3}, "progress is 3; give a function"),
         ({"stage": 3}, "stage is 3; give a function"),
+        ({"rendrer": "cpu"}, "there is no option 'rendrer'; did you mean 'renderer'?"),
         ({"modell": "head"}, "there is no option 'modell'; did you mean 'model'?"),
         ({"terms": "color"}, "there is no term 'color'; did you mean 'colour'?"),
         ({"renderer": "cppu"}, "there is no renderer 'cppu'; did you mean 'cpu'?"),
