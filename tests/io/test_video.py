@@ -194,6 +194,16 @@ def test_damage_in_the_middle_is_no_break(tmp_path):
     assert len(list(read_frames(path))) == pytest.approx(40, abs=1)
 
 
+def test_frames_that_are_damaged_in_the_middle_are_left_out(tmp_path):
+    path = write_kind(tmp_path / "v.mp4", "libx264", drift(60), gop=10)
+    whole, info = bytearray(path.read_bytes()), probe(path)
+    first, last = 2 * len(whole) // 5, len(whole) // 2
+    whole[first:last] = np.random.default_rng(0).bytes(last - first)
+    path.write_bytes(whole)
+    read = len(list(read_frames(path)))
+    assert 30 < read < info.frames == 60
+
+
 def test_a_recording_may_begin_between_key_frames(tmp_path):
     path = write_kind(tmp_path / "v.ts", "libx264", drift(40), gop=10)
     whole = path.read_bytes()

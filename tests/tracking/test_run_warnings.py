@@ -19,6 +19,7 @@ from abs_engine.tracking.run_warnings import (
     mostly_lost,
     other_head,
     small_mouth,
+    untimed,
     without_colour,
 )
 from abs_engine.tracking.settings.frames import FRAME_LOOP
@@ -171,3 +172,9 @@ def test_remarks_that_are_warnings_are_printed_as_such():
     setting = SimpleNamespace(warnings=("the head is another's", "of the setting alone"))
     tracker = SimpleNamespace(setting=setting, remarks="2 faces\nthe head is another's")
     assert remark_lines(tracker) == "2 faces\nwarning: the head is another's"
+
+
+def test_times_of_other_frames_than_were_read_are_doubtful():
+    assert untimed(30, 30) == untimed(30, 0) == []
+    (line,) = untimed(29, 31)
+    assert line.startswith("29 frames could be read, but the file gives times of 31")

@@ -119,40 +119,36 @@ def read_frames(path: Path) -> Iterator[Frame]:
 
 
 def _decoded(path: Path) -> Iterator[tuple[av.VideoFrame, float]]:
-    """All frames, and the aspect of their pixels; complains at the end if it was none."""
-    count = 0
+    """All frames, and the aspect of their pixels; complains at the end if it was none.
+
+    Frames whose packets are damaged are left out; if none follows them, the video breaks off.
+    """
+    count, damaged = 0, None
     with open_video(path) as container:
         stream = picture_stream(container)
         aspect, ending = pixel_aspect(stream), Ending(path, container, stream)
         try:
             for packet in container.demux():
                 ending.packet(packet)
-                for frame in _frames_of(packet, stream, count == 0):
+                if packet.stream is not stream:
+                    continue
+                try:
+                    frames = stream.decode(packet)
+                except av.error.InvalidDataError as error:
+                    # what comes before the first key frame cannot be decoded
+                    damaged = error if count else None
+                    continue
+                for frame in frames:
                     ending.frame(frame)
                     yield frame, aspect
-                    count += 1
+                    count, damaged = count + 1, None
+            if damaged is not None:
+                raise damaged
         except av.error.FFmpegError as error:
             raise broken_off(path, count, f" ({error.strerror})") from error
         ending.check(count)
     if count == 0:
         raise VideoError(f"{path} holds no frames", "check that it is whole")
-
-
-def _frames_of(
-    packet: av.Packet[Any], stream: av.VideoStream, beginning: bool
-) -> list[av.VideoFrame]:
-    """The frames that come with a packet.
-
-    A recording may begin between two key frames: what comes before the first cannot be decoded.
-    """
-    if packet.stream is not stream:
-        return []
-    try:
-        return list(stream.decode(packet))
-    except av.error.InvalidDataError:
-        if beginning:
-            return []
-        raise
 
 
 def _first_frame(path: Path) -> tuple[av.VideoFrame, float]:
