@@ -102,7 +102,7 @@ class MouthView:
     turns: int
 
     def of(self, image: Image, result: FrameResult | None = None) -> Image:
-        """What a frame (H, W, 3) shows there; with the contours of a result, if one is given."""
+        """The part of a frame (H, W, 3); with the contours of a result, if one is given."""
         picture = cut(self.window, image)
         if result is not None:
             self.drawing.draw(picture, self.window, result)
