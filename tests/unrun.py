@@ -27,7 +27,7 @@ LINES: Mapping[str, str] = {
     "abs-engine import ICT-FaceKit/FaceXModel -o ict.face":
         "needs ICT's face model, which is not in the repository",
     "abs-engine live": CAMERA,
-    "abs-engine live talk.mp4 --renderer cpu":
+    "abs-engine live talk.mp4 --repeat 5 --renderer cpu":
         "plays a file for seconds; tests/live/test_live_session.py plays one",
     "abs-engine live rtsp://127.0.0.1:8554/cam -o tracked": CAMERA,
     "abs-engine live --live-link 127.0.0.1:11111": CAMERA,

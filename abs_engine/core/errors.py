@@ -65,7 +65,7 @@ class OutputError(AbsEngineError):
 
 
 class SameOutputError(OutputError):
-    """An output is there already, whole, and the same command made it."""
+    """An output already exists and is complete, and the same command made it."""
 
 
 class BusyOutputError(OutputError):

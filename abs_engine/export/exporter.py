@@ -20,10 +20,15 @@ from abs_engine.tracking.measures import closure_arrays, closures, cuts
 from abs_engine.tracking.record import camera_of, load_whole_run, run_settings
 from abs_engine.tracking.run_mesh import RunMesh
 
+_ROUNDING = {"s": 1e-6, "mm": 1e-2, "px": 1e-2, "degrees": 1e-2, "": 1e-4}
+"""Differences by their units, up to which they are of rounding."""
+
 
 @dataclass(frozen=True)
 class Loss:
     """Difference between a file that is read back and its run.
+
+    It is of rounding, or of what a format cannot hold: then `by` says by what it approximates it.
 
     Parameters
     ----------
@@ -34,17 +39,26 @@ class Loss:
         What was compared.
     note : str
         Remark for the user, in one line; usually empty.
+    by : str
+        Numbers that stand in for what was compared, such as ARKit's 52 weights; usually empty.
     """
 
     value: float
     unit: str
     of: str
     note: str = ""
+    by: str = ""
 
     def __str__(self) -> str:
         if np.isnan(self.value):
             return f"{self.of}: nothing to compare"
-        return " ".join(filter(None, (f"{self.of}: {self.value:.3g}", self.unit, "RMS")))
+        size = " ".join(filter(None, (f"{self.value:.3g}", self.unit, "RMS")))
+        return f"{self.by} reproduce {self.of} to {size}" if self.by else f"{self.of}: {size}"
+
+    @property
+    def rounded(self) -> bool:
+        """Whether it is of rounding alone."""
+        return not self.by and self.value <= _ROUNDING.get(self.unit, 0.0)
 
 
 @dataclass(frozen=True)

@@ -100,16 +100,22 @@ def _reduced(matrix: FloatArray, cost: float) -> tuple[FloatArray, FloatArray]:
 
 def unit_loss(run: TrackedRun, weights: FloatArray) -> tuple[Loss, ...]:
     """Distance of neutral faces and lips moved by units from the tracked ones, mm."""
-    return shape_loss(run, run.neutral, run.speaker.units.astype(np.float64), weights)
+    units = run.speaker.units.astype(np.float64)
+    return shape_loss(run, run.neutral, units, weights, weights_of(run.speaker))
+
+
+def weights_of(speaker: Speaker) -> str:
+    """Words for the weights of a head's face units."""
+    return f"ARKit's {len(speaker.unit_names)} weights"
 
 
 def shape_loss(
-    run: TrackedRun, base: FloatArray, targets: FloatArray, weights: FloatArray
+    run: TrackedRun, base: FloatArray, targets: FloatArray, weights: FloatArray, by: str = ""
 ) -> tuple[Loss, ...]:
     """Distance of lips and face, a base (V, 3) moved by weighted targets, from the tracked, mm."""
     out = []
     for area in ("lips", "face"):
         index = run.speaker.points[area]
         moved = base[index] + np.tensordot(weights, targets[:, index], 1)
-        out.append(compared(moved, run.points(index), "mm", area))
+        out.append(compared(moved, run.points(index), "mm", area, by=by))
     return tuple(out)

@@ -118,9 +118,12 @@ def _losses(
     return (
         compared(times, begun, "s", "times", _note(run, begun - times)),
         compared(long, true, "mm", "coordinates that have a parameter"),
-        compared(rebuilt[:, lips], run.landmarks[:, lips], "mm", "points of the lips, whole"),
+        compared(
+            rebuilt[:, lips], run.landmarks[:, lips], "mm", "points of the lips",
+            by="MPEG-4's parameters",
+        ),
         compared(read * turned, angles * turned, "degrees", "head angles"),
-    )
+    )  # fmt: skip
 
 
 def _note(run: TrackedRun, late: FloatArray) -> str:

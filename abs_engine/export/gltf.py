@@ -14,7 +14,7 @@ from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.geometry import vertex_normals
 from abs_engine.core.release import engine_version
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun
-from abs_engine.export.face_units import shape_loss, unit_weights
+from abs_engine.export.face_units import shape_loss, unit_weights, weights_of
 from abs_engine.export.reading import compared
 
 METRES = 1e-3  # glTF's unit, of a millimetre
@@ -76,7 +76,7 @@ def _write(run: TrackedRun, path: Path, arkit: bool) -> tuple[Loss, ...]:
     )  # fmt: skip
     document.set_binary_blob(bytes(buffer.content))
     document.save_binary(str(path))
-    return _read_back(run, path)
+    return _read_back(run, path, weights_of(run.speaker) if arkit else "")
 
 
 def _units(run: TrackedRun) -> tuple[list[str], FloatArray, FloatArray]:
@@ -149,7 +149,7 @@ def _animations(run: TrackedRun, weights: FloatArray, buffer: _Buffer) -> list[g
     return [gl.Animation(name="video", samplers=samplers, channels=channels)]
 
 
-def _read_back(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
+def _read_back(run: TrackedRun, path: Path, by: str) -> tuple[Loss, ...]:
     file = _File(path)
     mesh = file.document.meshes[0].primitives[0]
     base = file.numbers(mesh.attributes.POSITION) / METRES
@@ -159,7 +159,7 @@ def _read_back(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
     picture, wanted = _in_picture(run, file, seen), run.landmarks_in_picture
     return (
         compared(times, np.where(run.shown, run.arrays["time"], np.nan), "s", "times"),
-        *shape_loss(run, base, targets, weights),
+        *shape_loss(run, base, targets, weights, by),
         compared(seen, run.landmarks_in_camera, "mm", "68 landmarks before the camera"),
         compared(picture, wanted, "px", "68 landmarks in the picture", _note(picture - wanted)),
     )

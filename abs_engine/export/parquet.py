@@ -29,7 +29,7 @@ def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
         raise differs(f"columns {', '.join(exact)}")
     numbers = columns.keys() - exact
     read, true = (np.concatenate([one[k] for k in numbers]) for one in (back, columns))
-    return (compared(read, true, "", "numbers of the table"),)
+    return (compared(read, true, "", "numbers of the table (each in its own unit)"),)
 
 
 PARQUET = Exporter(

@@ -69,7 +69,7 @@ def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
     return (
         _read_back(folder / GRID, entries),
         compared(read[:, 0], run.arrays["time"], "s", "times", note),
-        compared(read[:, 1:].ravel(), true.ravel(), "", "measures"),
+        compared(read[:, 1:].ravel(), true.ravel(), "", "measures (each in its own unit)"),
     )
 
 
@@ -82,7 +82,7 @@ def _read_back(path: Path, entries: list[Interval]) -> Loss:
     if [one.label for one in tier.entries] != [one.label for one in entries]:
         raise differs("intervals")
     read, true = (np.ravel([one[:2] for one in some]) for some in (tier.entries, entries))
-    return compared(read, true, "s", "begins and ends of intervals")
+    return compared(read, true, "s", "interval boundaries")
 
 
 PRAAT = Exporter("a folder: closures as Praat's TextGrid, measures as a table", _write)

@@ -17,7 +17,9 @@ UNDEFINED = "--undefined--"
 """Praat's word for an unknown number."""
 
 
-def compared(read: ArrayLike, true: ArrayLike, unit: str, of: str, note: str = "") -> Loss:
+def compared(
+    read: ArrayLike, true: ArrayLike, unit: str, of: str, note: str = "", by: str = ""
+) -> Loss:
     """Difference between numbers that are read back and a run's; NaN where unknown.
 
     Raises
@@ -28,7 +30,7 @@ def compared(read: ArrayLike, true: ArrayLike, unit: str, of: str, note: str = "
     given, wanted = np.asarray(read, np.float64), np.asarray(true, np.float64)
     if given.shape != wanted.shape or (np.isnan(given) != np.isnan(wanted)).any():
         raise differs(of)
-    return Loss(rms(given - wanted), unit, of, note)
+    return Loss(rms(given - wanted), unit, of, note, by)
 
 
 def differs(what: str) -> OutputError:

@@ -187,8 +187,8 @@ class Unfinished(NewFolder):
             now = self._record(self.target)
             if made[0] == now[0] and set(made) <= set(now):
                 raise SameOutputError(
-                    f"{self.target} is there already, whole: the same command made it",
-                    "remove it to make it again",
+                    f"{self.target} already exists and is complete (made by this same command)",
+                    "delete it to run again",
                 )
             gone = [name for name in made[1:] if name and name not in now]
             why = "made of other input, with other options or by another release"

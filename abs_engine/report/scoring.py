@@ -21,9 +21,9 @@ from abs_engine.evaluate.catalogue import warn_of_faults
 from abs_engine.evaluate.clip_views import found_truth
 from abs_engine.evaluate.estimate import Estimate, check_run, of_run
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
-from abs_engine.evaluate.metrics.failure import LIMIT_NORMALISED
+from abs_engine.evaluate.metrics.failure import LIMIT_MM, LIMIT_NORMALISED
 from abs_engine.evaluate.same_clip import check_clip
-from abs_engine.evaluate.score import ClipScores, Score, error_map, measure, summary
+from abs_engine.evaluate.score import PRIMARY, ClipScores, Score, error_map, measure, summary
 from abs_engine.evaluate.truth_report import draw
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.csv_table import read_table
@@ -36,6 +36,7 @@ MAP_FORMAT, MAP_VERSION = "abs_engine.error_map", 1
 POOLED = "all clips"
 FAR_MM = 50.0
 """RMS error above which a file is most likely of another view."""
+_MOST_FAILED = 0.5  # share of the frames; fewer are not explained
 _RESULTS = "give a run's folder or a CSV file"
 
 View = tuple[str | None, str | None]
@@ -158,7 +159,7 @@ def _scored(
 
 def notes_of(clip: ClipScores, scores: Mapping[str, Score]) -> tuple[str, ...]:
     """Notes about the scores of a clip, one sentence each."""
-    return (*clip.notes, *_doubts(scores))
+    return (*clip.notes, *_doubts(scores), *_offsets(scores))
 
 
 def default_folder(results: Sequence[Path]) -> Path:
@@ -267,6 +268,22 @@ def _doubts(scores: Mapping[str, Score]) -> tuple[str, ...]:
     if max(far, default=0.0) > FAR_MM:
         return (f"it is {max(far):.0f} mm (RMS) from the truth: is this the clip and camera?",)
     return ()
+
+
+def _offsets(scores: Mapping[str, Score]) -> tuple[str, ...]:
+    """A sentence, if most frames failed by one constant offset, as with another person's head."""
+    key = next((f"{name}_rms_head_mm" for name in PRIMARY if f"{name}_rms_head_mm" in scores), "")
+    removed = key.replace("_mm", "_offset_removed_mm")
+    if removed not in scores or scores["failure_share"].value <= _MOST_FAILED:
+        return ()
+    off, rest = scores[key].value, scores[removed].value
+    if not rest <= LIMIT_MM < off:
+        return ()
+    return (
+        f"frames failed by one constant offset: points are {off:.1f} mm off in head coordinates, "
+        f"{rest:.1f} mm once it is removed; with a head that is not the filmed person's own, read "
+        "the rows in which it is removed",
+    )
 
 
 def _loaded(

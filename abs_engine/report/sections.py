@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from abs_engine.core.arrays import FloatArray
+from abs_engine.core.words import counted
 from abs_engine.evaluate.catalogue import Metric
 from abs_engine.evaluate.score_table import IN_BRACKETS, shown, shown_unit, used
 from abs_engine.report.data import ReportData, Rows, System
@@ -14,6 +15,7 @@ from abs_engine.report.drawing import colours
 from abs_engine.report.embed import data_url
 from abs_engine.report.quantities import SHARE
 
+TUNING = "tuning: "  # begins the names of the numbers that steer a run
 SCALE_ENDS = (0.5, 1.0, 2.0, 4.0, 10.0, 20.0)  # mm
 _NO_WEBGL = (
     '<p class="warning no-webgl" hidden>This browser gives the page no WebGL 2, which the 3D '
@@ -244,7 +246,16 @@ def _score_row(metric: Metric, data: ReportData) -> str:
 
 
 def _facts(title: str, rows: Rows) -> str:
+    tuning = [row for row in rows if row[0].startswith(TUNING)]
+    shown = _fact_table([row for row in rows if row not in tuning])
+    if tuning:
+        summary = f"<summary>{counted(len(tuning), 'number')} that steer results</summary>"
+        shown += f"<details>{summary}{_fact_table(tuning)}</details>"
+    return f"<h3>{safe(title)}</h3>{shown}"
+
+
+def _fact_table(rows: Sequence[tuple[str, str]]) -> str:
     lines = "".join(
         f"<tr><th>{safe(name)}</th><td><code>{safe(text)}</code></td></tr>" for name, text in rows
     )
-    return f'<h3>{safe(title)}</h3><table class="facts">{lines}</table>'
+    return f'<table class="facts">{lines}</table>'

@@ -29,8 +29,8 @@ def footage_lines(info: VideoInfo) -> list[str]:
         )
     if info.askew:
         lines.append(
-            "the video is to be shown at an angle that is no quarter turn: it is read at the "
-            "nearest quarter turn; turn it upright and export it first"
+            "the file asks for a rotation that is not a multiple of 90 degrees; the nearest "
+            "multiple is used; turn it upright and export it first"
         )
     if abs(info.sound) >= _HEARD:
         lines.append(sound_line(info.sound, "a run's times"))

@@ -254,13 +254,15 @@ def load_run(folder: Path) -> dict[str, NDArray[Any]]:
     Raises
     ------
     InputFileError
-        If the folder holds no ``results.npz``, or one that cannot be read.
+        If there is no such folder, or its ``results.npz`` is missing or cannot be read.
     ModelFormatError
         If it has another format or version, or its arrays do not fit together.
     """
     folder = to_path("folder", folder)
     folder = folder.parent if folder.name == RESULTS else folder
     path = folder / RESULTS
+    if not folder.exists():
+        raise InputFileError(f"{folder} does not exist", _OF_TRACK)
     if not path.is_file():
         runs = sorted(one.parent for one in folder.glob(f"*/{RESULTS}"))
         one = f"give one of the runs in it, such as {runs[0]}" if runs else _OF_TRACK

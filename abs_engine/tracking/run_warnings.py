@@ -16,16 +16,16 @@ from abs_engine.tracking.clip_setting import GREY
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 NO_COLOUR = (
-    "the video has no colour: its classes rest on brightness alone, and the result is less exact; "
-    "landmarks and the prior go on as usual"
+    "the video has no colour, so skin, lips and teeth are distinguished by brightness alone; "
+    "results are less exact"
 )
 SOME_GREY = (
     "{} of {} have no colour, while the others do: there landmarks alone are reported, and the "
     "result is less exact; give the clip as it was filmed"
 )
 TOO_DARK = (
-    "the face is too dark for its colours to be seen: classes rest on brightness alone, and the "
-    "result is less exact"
+    "the face is too dark for its colours to be seen, so skin, lips and teeth are distinguished by "
+    "brightness alone; results are less exact"
 )
 BURNT_OUT = (
     "{:.0%} of the face is overexposed: lips, teeth and skin merge in white, and parted lips may "
@@ -46,14 +46,15 @@ GIVEN_COLOURS = (
     "the colours are another run's: leave them out unless they are of this person in this light"
 )
 FACE_COLOURS = (
-    "the colours are those of the face's recordings: in other light, give --colours of a run in it"
+    "colours come from the recordings that the face was learned from; in another light, give "
+    "--colours from a run in that light"
 )
 UNCOVERED = (
     "in the light of --colours it is not known how this mouth usually looks: none counts as covered"
 )
 OTHER_HEAD = (
-    "the head is not shaped like that of this face (landmarks lie {:.1f} standard deviations off, "
-    "its own speaker's less than {:.1f}): is it this speaker's?"
+    "the head in this video does not match the learned face (landmarks lie {:.1f} standard "
+    "deviations off, its own speaker's less than {:.1f}): is it the same speaker?"
 )
 OTHERS = "the face explains only {:.0%} of the picture: is it this speaker's?"
 OTHER_TALKER = (

@@ -40,6 +40,8 @@ from abs_engine.tracking.speakers import SpeakerClip
 
 Tell = Callable[[str], None]
 
+_SPOKEN = {"lar1": " (larynx)"}
+_MOST_DIGITS = 6  # of a share in percent
 _OWN = TrackOptions(terms=("colour",), driver="newton")
 
 
@@ -69,7 +71,7 @@ class Learned:
     def lines(self) -> list[str]:
         """Lines that a user should know."""
         shares = ", ".join(
-            f"{name} {share:.1%}"
+            f"{name}{_SPOKEN.get(name, '')} {share:.1%}"
             for name, share in zip(
                 self.face.posture.names, self.space.expression.variance, strict=True
             )
@@ -81,9 +83,20 @@ class Learned:
         ]
         if self.space.left_out:
             told.append(f"left out, below the noise: {', '.join(self.space.left_out)}")
-        rounds = ", ".join(f"{share:.3f}" for share in self.explained)
-        told.append(f"explained of frames left out, by round: {rounds}; kept: {self.kept}")
+        told.append(
+            f"share of the picture that the face explains in frames left out: {self._rounds}; "
+            f"kept: round {self.kept}"
+        )
         return [*told, self._appearance_line]
+
+    @property
+    def _rounds(self) -> str:
+        """Rounds and how much the face of each explains, with as many digits as they differ in."""
+        for digits in range(1, _MOST_DIGITS):
+            said = [f"{share:.{digits}%}" for share in self.explained]
+            if len(set(said)) == len(said):
+                break
+        return ", ".join(f"{share} in round {number}" for number, share in enumerate(said, 1))
 
     @property
     def _lack(self) -> str:

@@ -130,7 +130,7 @@ def test_the_same_again_is_there_already(asked, tmp_path, capsys):
     capsys.readouterr()
     assert run("000", "-o", report, "--quick", "--quiet") == 0
     (line,) = capsys.readouterr().out.splitlines()
-    assert line.startswith(f"{report} is there already, whole: the same command made it")
+    assert line.startswith(f"{report} already exists and is complete (made by this same command)")
     assert run("000", "-o", report, "--quick", "--json") == 0
     assert json.loads(capsys.readouterr().out) == {"output": str(report), "made_before": True}
     for other in (["--seed", 5], ["--sentences", 3], ["--workers", 2]):

@@ -63,7 +63,7 @@ def again(capsys, monkeypatch):
 
         def check(self) -> None:
             (line,) = self.says().splitlines()
-            assert line.startswith(f"{self.folder} is there already, whole: the same command")
+            assert line.startswith(f"{self.folder} already exists and is complete (made by")
             facts = {"output": str(self.folder), "made_before": True}
             assert json.loads(self.says("--json")) == facts
 

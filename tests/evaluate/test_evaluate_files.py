@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -34,6 +35,7 @@ from abs_engine.io.csv_table import read_table
 from abs_engine.report.inspect.runs import load_run_head
 from abs_engine.report.scoring import evaluate
 from abs_engine.studio.speech import read_livelink
+from abs_engine.tracking.run_mesh import load_mesh
 
 MARKS = slice(48, 68)
 
@@ -421,6 +423,17 @@ def test_a_run_far_from_the_truth_is_asked_about_as_a_file_is(truth, dataset, tm
     run = write_run(tmp_path / "run", truth, translation=truth.translations + 90.0)
     evaluate([run], [dataset], tmp_path / "out")
     assert "mm (RMS) from the truth: is this the clip" in caplog.text
+
+
+def test_a_constant_offset_is_named_where_it_makes_frames_fail(truth, dataset, tmp_path, caplog):
+    for name, moved, said in (("near", 4.0, False), ("off", 9.0, True)):
+        run = write_run(tmp_path / name, truth)
+        mesh = load_mesh(run)
+        replace(mesh, mean=mesh.mean + np.float32(moved) * np.eye(3, dtype=np.float32)[1]).save(run)
+        caplog.clear()
+        evaluate([run], [dataset], tmp_path / f"out-{name}")
+        line = "points are 9.0 mm off in head coordinates, 0.0 mm once it is removed"
+        assert (line in caplog.text) == said
 
 
 def test_the_command_pools_clips(truth, dataset, tmp_path):

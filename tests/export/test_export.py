@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -353,9 +354,24 @@ def test_the_command_reports_what_is_lost(folder, tmp_path, capsys):
     out = tmp_path / "lips.csv"
     assert main(["export", str(folder), "--to", "landmarks", "-o", str(out)]) == 0
     said = capsys.readouterr().out.splitlines()
-    assert said[0].startswith("read back, times: 0 s RMS")
-    assert said[1].startswith("read back, 68 landmarks: ")
-    assert said[-1] == f"wrote {out}"
+    assert said == ["read back, exact but for rounding: times, 68 landmarks", f"wrote {out}"]
+    for name, by, of in (
+        ("arkit", "ARKit's 52 weights", "lips"),
+        ("fap", "MPEG-4's parameters", "points of the lips"),
+    ):
+        out = tmp_path / f"face{EXPORTERS.get(name).suffix}"
+        assert main(["export", str(folder), "--to", name, "-o", str(out)]) == 0
+        said = capsys.readouterr().out.splitlines()
+        assert re.match(rf"loss: {by} reproduce {of} to 0?\d*\.?\d+ mm RMS$", said[0])
+        assert "head angles" in said[-2]
+
+
+def test_a_difference_is_of_rounding_or_it_is_printed():
+    assert Loss(9e-7, "s", "times").rounded
+    assert not Loss(2e-6, "s", "times").rounded
+    assert not Loss(0.0, "mm", "lips", by="ARKit's 52 weights").rounded
+    assert not Loss(float("nan"), "mm", "lips").rounded
+    assert str(Loss(0.25, "mm", "lips")) == "lips: 0.25 mm RMS"
 
 
 def test_what_cannot_be_exported_is_refused(folder, tmp_path):

@@ -253,7 +253,7 @@ def test_made_again_with_the_same_choices_it_is_left_as_it_is(tmp_path):
     before = finished(tmp_path / "out", "same", False, "much")
     assert {path.name for path in before} == {"file", RECORD}
     check_output(tmp_path / "out")
-    with pytest.raises(SameOutputError, match="out is there already, whole"):
+    with pytest.raises(SameOutputError, match="out already exists and is complete"):
         Unfinished(tmp_path / "out", "same", also="much")
     (tmp_path / "out" / "mine").touch()
     with pytest.raises(SameOutputError):

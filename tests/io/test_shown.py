@@ -156,7 +156,7 @@ def test_a_video_that_is_shown_askew_is_named(tmp_path):
     info = probe(turned(path, (c, s, -s, c)))
     assert info.askew
     (line,) = footage_lines(info)
-    assert "no quarter turn" in line
+    assert "not a multiple of 90 degrees" in line
 
 
 def test_frames_that_an_edit_list_leaves_out_are_not_counted(tmp_path):

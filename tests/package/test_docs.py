@@ -271,6 +271,11 @@ def test_the_page_on_runs_names_what_a_run_holds(followed):
     for name in ("results.npz", "mesh.npz"):
         with np.load(run / name) as arrays:
             assert set(arrays.files) == _documented(f"Arrays of {name}")
+    kept = json.loads((run / "run.json").read_text("utf-8"))
+    parts = "settings", "summary"
+    inner = {f"{part}.{name}" for part in parts for name in kept[part]}
+    elsewhere = {"settings.head_misfit", "settings.live"}  # of a speaker's own face, of live
+    assert inner | (set(kept) - set(parts)) == _documented("run.json") - elsewhere
 
 
 def test_a_command_is_checked_without_being_run(tmp_path, monkeypatch):

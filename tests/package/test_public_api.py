@@ -30,8 +30,8 @@ def test_every_public_name_can_be_imported():
     ("load_run", (3,), "folder is 3; give a path"),
     ("score", (3, "truth"), "run is 3; give a run, its arrays, or its path"),
     ("score", ({}, 3), "truth is 3; give a path"),
-    ("score", ("none", "truth"), "none is not a run: results.npz is missing; give the "
-     "folder that 'track -o' made"),
+    ("score", ("none", "truth"), "none does not exist; give the folder that 'track -o' "
+     "made"),
     ("film_scene", ("x", "y"), "scene is 'x'; give a SceneFile, as read_scene returns"),
     ("run_bench", ("x",), "rounds is 'x'; give a whole number"),
     ("Pose", ([0, 0, 0], [0, 0, 1]), "a pose is a 3x3 rotation matrix and a translation of "

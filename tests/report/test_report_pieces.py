@@ -27,7 +27,17 @@ from abs_engine.report.estimate_parts import system_of
 from abs_engine.report.film import mouth_picture, shorten, worst_frames
 from abs_engine.report.motion import LARGEST_ERROR_MM, compress
 from abs_engine.report.quantities import CURVES, error_rows
+from abs_engine.report.sections import _facts
 from abs_engine.tracking.run_mesh import LinearSurface
+
+
+def test_numbers_that_steer_results_are_folded():
+    page = _facts("System: a", (("rate", "25"), ("tuning: frames: most lost", "0.5")))
+    shown, folded = page.split("<details><summary>1 number that steer results</summary>")
+    assert "rate" in shown
+    assert "tuning" not in shown
+    assert "tuning: frames: most lost" in folded
+    assert "<details>" not in _facts("Clip", (("rate", "25"),))
 
 
 def test_a_motion_comes_back_within_the_largest_error():

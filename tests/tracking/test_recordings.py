@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -59,7 +60,7 @@ def recording(name="one.mp4", aperture=None, widened=0.0, larger=1.0):
     arrays = {
         "index": np.arange(count), "found": ~no, "covered": no, "contradicted": no,
         "status": np.full(count, "converged"), "aperture": aperture,
-        "width": np.linspace(50, 40, count),
+        "width": np.linspace(50, 40, count), "rate": np.array(25.0),
     }  # fmt: skip
     head = load_speaker().vertices * np.array([1 + widened, 1, 1], np.float32) * larger
     return Recording(
@@ -135,8 +136,9 @@ def test_speaker_warns_of_a_recording_that_it_doubts(tmp_path, capsys, monkeypat
     monkeypatch.setattr("abs_engine.tracking.recorded_frames.check_colours", lambda _: None)
     words = ["speaker", *map(str, folders), "-o", str(tmp_path / "me.face")]
     assert main([*words, "--renderer", "cpu"]) == 2  # there is no film to learn from
-    said = capsys.readouterr()
-    assert "stranger: warning: may not show the same person as the oth" in said.out + said.err
+    said = "".join(capsys.readouterr())
+    assert "stranger: warning: may not show the same person as the oth" in said
+    assert re.search(r"warning: 3 recordings of \d+ s in all: 5 of 3 s are enough", said)
 
 
 def test_heads_are_compared_in_one_size():
@@ -299,7 +301,12 @@ def test_of_too_few_frames_no_postures_are_learned_and_a_line_says_so():
     assert learner.postures(None, [few]) is None
     face = SimpleNamespace(posture=SimpleNamespace(names=()), appearance=None)
     space = SimpleNamespace(own=False, left_out=(), expression=SimpleNamespace(variance=()))
-    said = Learned(face, space, 38, (0.9,), 1).lines()[0]
-    assert said == (
+    said = Learned(face, space, 38, (0.9,), 1).lines()
+    assert said[0] == (
         "postures: anybody's, as 38 frames show the mouth well; a speaker's own need 40"
     )
+    assert said[1].endswith("left out: 90.0% in round 1; kept: round 1")
+    told = Learned(face, space, 38, (0.95512, 0.9553), 2).lines()[1]
+    assert told.endswith("left out: 95.51% in round 1, 95.53% in round 2; kept: round 2")
+    same = Learned(face, space, 38, (0.9, 0.9), 1).lines()[1]
+    assert "in round 2; kept: round 1" in same

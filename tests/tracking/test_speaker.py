@@ -170,7 +170,7 @@ def test_another_person_is_said_to_be_one(learned, tmp_path, capsys):
     typed = "track", other, "-o", tmp_path / "run", "--renderer", "cpu", "--model", learned[0]
     assert run(*typed) == 0
     (warning, *_) = json.loads((tmp_path / "run/run.json").read_text())["summary"]["warnings"]
-    assert "is it this speaker's?" in warning
+    assert "is it the same speaker?" in warning
     assert warning in capsys.readouterr().out
 
 

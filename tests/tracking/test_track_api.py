@@ -165,7 +165,7 @@ def test_a_run_is_read_by_its_folder_or_its_file(written, tmp_path):
         with pytest.raises(ParameterError, match=f"no frame {len(read)}; give 0 to"):
             read.vertices(len(read))
         assert repr(read).startswith(f"<RunMesh of {len(OPEN)} frames: {len(read.mean)} vertices, ")
-    with pytest.raises(InputFileError, match=r"nowhere is not a run: results\.npz is missing"):
+    with pytest.raises(InputFileError, match="nowhere does not exist; give the folder"):
         abs_engine.load_run(tmp_path / "nowhere" / "results.npz")
 
 

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.core.registry import EXPORTERS, load_plugin
+
+if TYPE_CHECKING:
+    from abs_engine.export.exporter import Loss
 
 
 def _notes() -> str:
@@ -15,6 +20,16 @@ def _notes() -> str:
     texts = {name: f"{e.text}{e.suffix and f' ({e.suffix})'}" for name, e in entries.items()}
     rows = (f"  {name:12}{texts.get(name, 'cannot be imported')}\n" for name in EXPORTERS)
     return "Formats:\n" + "".join(rows)
+
+
+def _loss_lines(lost: Sequence[Loss]) -> Iterator[str]:
+    """Lines about a file that was read back; what is exact but for rounding is in one of them."""
+    for one in lost:
+        if not one.rounded:
+            yield f"loss: {one}" if one.by else f"read back, {one}"
+    exact = [one.of for one in lost if one.rounded]
+    if exact:
+        yield f"read back, exact but for rounding: {', '.join(exact)}"
 
 
 @command(
@@ -42,10 +57,10 @@ def export(chosen: Chosen) -> Done:
     for plugin in chosen.plugin:
         load_plugin(plugin)
     lost = export_run(chosen.run, chosen.to, chosen.output, chosen.speaker, chosen.smooth)
-    how = ["smoothed", "read back"] if chosen.smooth else ["read back"]
-    said = [f"{how[min(k, len(how) - 1)]}, {one}" for k, one in enumerate(lost)]
+    moved, read = (lost[:1], lost[1:]) if chosen.smooth else ((), lost)
     notes = [one.note for one in lost if one.note]
-    lines = [*said, *notes, f"wrote {chosen.output}"]
+    smooth = [f"smoothed, {one}" for one in moved]
+    lines = [*smooth, *_loss_lines(read), *notes, f"wrote {chosen.output}"]
     known = [one.value if math.isfinite(one.value) else None for one in lost]
     facts = [asdict(one) | {"value": value} for one, value in zip(lost, known, strict=True)]
     return Done(lines, {"output": chosen.output, "loss": facts})

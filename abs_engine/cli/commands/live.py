@@ -18,6 +18,7 @@ from abs_engine.cli.parts.given_files import check_files
 from abs_engine.cli.parts.progress import Progress
 from abs_engine.cli.parts.settings import SETTINGS, settings_option, settings_text
 from abs_engine.core.registry import DRIVERS
+from abs_engine.core.words import counted
 
 if TYPE_CHECKING:
     from abs_engine.live.reader import Reader
@@ -54,7 +55,7 @@ def _address(text: str) -> str:
     take.option("--repeat", type=take.count, default=1, metavar="N",
         text="how many times to play a file (default: 1)"),
     take.file("--model", metavar="me.face",
-        text="a face that 'speaker' learned; tracking then starts at once"),
+        text="a face that 'speaker' learned; tracking then starts within about a second"),
     take.option("--driver", metavar="NAME", type=take.Named(DRIVERS), default="newton-quick",
         text="what moves the parameters, as for 'track' (default: newton-quick)"),
     take.file("--camera", "camera.json of the camera's calibration"),
@@ -68,7 +69,7 @@ def _address(text: str) -> str:
     take.option("--json", is_flag=True, default=True, hidden=True,
         text="stdout is JSON, a line for each frame, whether asked for or not"),
     examples="abs-engine live\n"
-    "abs-engine live talk.mp4 --renderer cpu > frames.ndjson\n"
+    "abs-engine live talk.mp4 --repeat 5 --renderer cpu > frames.ndjson\n"
     "abs-engine live rtsp://127.0.0.1:8554/cam -o tracked\n"
     "abs-engine live 1 -o again --settings tracked/settings.toml",
     notes=_NOTES,
@@ -106,7 +107,9 @@ def live(chosen: Chosen) -> Done:
 
         tracker = learned(feed, reader, renderer, options, seconds, tell)
         board.begin(tracker.setting)
-        progress.remark(f"tracking, after {reader.count} frames that it took to get ready")
+        progress.remark(
+            f"tracking started; {counted(reader.count, 'frame')} passed during preparation"
+        )
         takers = [_printer(reader), board.show]
         if link is not None:
             takers.append(stack.enter_context(LiveLink(link, tracker)).send)

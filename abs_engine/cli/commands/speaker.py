@@ -9,14 +9,18 @@ from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.cli.parts.drawing import opened, print_hints
 from abs_engine.cli.parts.progress import Progress
+from abs_engine.core.words import counted
 from abs_engine.io.files import check_free
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from abs_engine.io.assets import Speaker
     from abs_engine.tracking.recordings import Recording
     from abs_engine.tracking.speaker_learning import Learned
+
+_FEWEST, _SHORTEST = 5, 15.0  # recordings and seconds in all: the fewest that were measured
 
 
 @command(
@@ -71,6 +75,9 @@ def speaker(chosen: Chosen) -> Done:
                     progress.remark(f"{path.name}: {line}")
         _doubt(runs, paths, head, progress)
         recordings = [runs[path] for path in paths]
+        few = _few(recordings)
+        if few:
+            progress.remark(few)
         done = learn_speaker(recordings, renderer, options, chosen.rounds, progress.announce)
         done.face.save(chosen.output)
     facts = {
@@ -93,6 +100,17 @@ def _doubt(
         path, line = paths[doubt[0]], doubt[1]
         progress.remark(f"{path.name}: {line}")
         runs[path] = replace(runs[path], remarks=(*runs[path].remarks, line))
+
+
+def _few(recordings: Sequence[Recording]) -> str:
+    """Warning of fewer and shorter recordings than any that were measured; empty where enough."""
+    seconds = sum(len(one.postures) / float(one.run["rate"]) for one in recordings)
+    if len(recordings) >= _FEWEST or seconds >= _SHORTEST:
+        return ""
+    return (
+        f"warning: {counted(len(recordings), 'recording')} of {seconds:.0f} s in all: {_FEWEST} of "
+        f"{_SHORTEST / _FEWEST:.0f} s are enough, and fewer were not measured"
+    )
 
 
 def _facts(chosen: Chosen, done: Learned) -> dict[str, object]:

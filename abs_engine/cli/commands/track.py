@@ -13,7 +13,7 @@ from abs_engine.cli.parts.drawing import opened, print_hints
 from abs_engine.cli.parts.given_files import check_files
 from abs_engine.cli.parts.progress import Progress, say
 from abs_engine.cli.parts.settings import SETTINGS, settings_option, settings_text
-from abs_engine.cli.parts.summary import summary_lines
+from abs_engine.cli.parts.summary import summary_lines, without_tuning
 from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, TERMS, load_plugin
 from abs_engine.core.words import joined
 from abs_engine.io.unfinished import check_output
@@ -76,8 +76,8 @@ def _needs() -> Iterator[str]:
             text="the camera is worn in front of the mouth: a close-up of the lower face, in which "
             "the head does not move; no face is needed"),
         take.option("--pupil-distance", type=take.number, metavar="MM",
-            text="distance between the person's pupils; sets the scale and is held to (default: "
-            "adults' mean of 63.4, held to less)"),
+            text="distance between the person's pupils; sets the scale and is enforced "
+            "(default: 63.4, the adult mean, enforced less strictly)"),
         take.person("a known head: one of the speaker's people (bundled: clara, kofi, mei, "
             "walter, amara, ravi); default: the average head, whose mouth is fitted"),
         take.file("--speaker", "head.npz of another speaker"),
@@ -173,7 +173,7 @@ def track(chosen: Chosen) -> Done:
         scale_line(run["settings"]["scale"]),
         f"wrote {chosen.output}; look at {chosen.output / SHEET} or {chosen.output / OVERLAY}",
     ]
-    return Done(lines, {"output": chosen.output, **run})
+    return Done(lines, {"output": chosen.output, **without_tuning(run)})
 
 
 def _many(chosen: Chosen) -> Done:

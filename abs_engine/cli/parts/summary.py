@@ -23,3 +23,9 @@ def summary_lines(summary: dict[str, Any], timing: dict[str, Any], said: str = "
     )
     left = (line for line in summary.get("warnings", ()) if line not in said.splitlines())
     yield from (f"warning: {line}" for line in left)
+
+
+def without_tuning(run: dict[str, Any]) -> dict[str, Any]:
+    """A run's facts without the numbers that steer results, hundreds that ``run.json`` holds."""
+    settings = {name: value for name, value in run["settings"].items() if name != "tuning"}
+    return {**run, "settings": settings}

@@ -42,7 +42,7 @@ class VideoInfo:
         When the sound begins, seconds from the first frame; 0 without sound, or where the file does
         not say.
     askew : bool
-        Whether the file asks for its pictures to be shown at an angle that is no quarter turn.
+        Whether the file asks for a rotation that is not a multiple of 90 degrees.
     clock : str
         What `rate` rests on: "file"; or, where the file holds no times or only one, as raw streams
         do, "stream", the rate that its stream states, or "nothing", 25 for want of one.

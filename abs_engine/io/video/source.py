@@ -15,6 +15,7 @@ from abs_engine.io.pictures import MOST_PIXELS
 from abs_engine.io.video.stills import as_video, sequence_of
 from abs_engine.io.video.truncation import is_torn
 
+_KINDS = "MP4, MOV, AVI, MPEG, MKV or WebM"
 _NOT_VIDEO = ("tty",)  # FFmpeg draws plain text as a picture of a terminal
 
 
@@ -37,11 +38,11 @@ def open_video(path: Path) -> av.container.InputContainer:
             raise VideoError(
                 f"{path} is cut off before any picture can be read", "copy or export it again"
             ) from error
-        raise VideoError(f"{path} is not a video", "give MP4, AVI, MPEG, MKV or WebM") from error
+        raise VideoError(f"{path} is not a video", f"give {_KINDS}") from error
     problem = _unusable(container)
     if problem:
         container.close()
-        raise VideoError(f"{path} {problem}", "give MP4, AVI, MPEG, MKV or WebM with pictures")
+        raise VideoError(f"{path} {problem}", f"give {_KINDS} with pictures")
     return container
 
 
