@@ -11,6 +11,8 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.tracking.options import TrackOptions
 
 DONE, FAILED, WAITING = "done", "failed", "waiting"
+BETWEEN = " | "
+"""Separates warnings in a message."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import traceback
 from pathlib import Path
 from typing import Any
 
-from abs_engine.clips.job import DONE, FAILED, Job, Outcome
+from abs_engine.clips.job import BETWEEN, DONE, FAILED, Job, Outcome
 from abs_engine.core.errors import AbsEngineError, BusyOutputError, OutputError, SameOutputError
 from abs_engine.core.foreign import named
 from abs_engine.core.registry import PLUGINS, load_plugin
@@ -38,7 +38,7 @@ def track_job(job: Job) -> Outcome:
             return Outcome(FAILED, _kept(job, error))
     return Outcome(
         DONE,
-        " ".join(" | ".join(summary.get("warnings", ())).split()),
+        " ".join(BETWEEN.join(summary.get("warnings", ())).split()),
         summary["frames"],
         summary["frames"] - summary["lost_frames"],
         summary["closed_frames"],

@@ -201,10 +201,10 @@ class BeliefSettings:
         What is left where the landmarks agree; how far they are off, in joint deviations, is added
         in quadrature. Chosen from 0.7 to 0.9 with `aperture`, on the same films; with less,
         `closed_probability` is too sure.
-    grey_aperture, grey_width : tuple of float, 1, mm and share
-        The same of a video without colour. Chosen on four clips (bbaf2n, brbk7n, lbbc2a of GRID,
-        p04 of the strangers') with their colour taken out, by how far apertures and widths were off
-        those found with it: RMS 1.9 to 4.1 mm.
+    grey_aperture, grey_width : tuple of float, 1, mm, share and mm
+        The same of a video without colour; the last is the most that the size adds. Chosen on p01
+        to p08 of the strangers with their colour taken out in two ways, beside gaps read by eye and
+        widths found with it, and on eight films of other heads in grey.
     coarse : float, pixels^2 / mm
         Deviation of aperture and width, in mm, for the square of a pixel's size at the mouth, mm;
         added in quadrature. Lip points needed none. Chosen on p01 to p08 of the strangers and four
@@ -227,8 +227,8 @@ class BeliefSettings:
     aperture: tuple[float, ...] = (0.35, 0.25, 0.4, 1.25)
     width: tuple[float, ...] = (0.94, 0.0, 0.0166)
     agreed: float = 0.8
-    grey_aperture: tuple[float, ...] = (0.4, 1.5, 0.6)
-    grey_width: tuple[float, ...] = (1.19, 3.0, 0.021)
+    grey_aperture: tuple[float, ...] = (0.4, 1.5, 0.6, 4.0)
+    grey_width: tuple[float, ...] = (1.19, 1.5, 0.021)
     coarse: float = 0.07
     protrusion: tuple[float, ...] = (0.0, 0.72)
     points: tuple[tuple[float, ...], ...] = ((1.25, 0.11), (1.27, 0.43), (0.0, 1.38))

@@ -373,11 +373,11 @@ def test_a_scheduler_that_does_not_answer_leaves_nothing(monkeypatch, tmp_path, 
 def test_clips_that_lost_frames_or_have_warnings_are_named_and_others_not():
     outcomes = {
         "a": Outcome("done", frames=10, found=10, closed=2),
-        "b": Outcome("done", "look at the overlay", 10, 10, 0),
+        "b": Outcome("done", "look at the overlay | no colour | small", 10, 10, 0),
         "c": Outcome("done", frames=10, found=7, closed=0),
     }
     assert list(_doubtful(outcomes)) == [
-        "b: warning: look at the overlay", "c: 3 of 10 frames lost",
+        "b: warning: look at the overlay (and 2 more)", "c: 3 of 10 frames lost",
     ]  # fmt: skip
     many = {f"{k:02d}": Outcome("done", frames=2, found=1) for k in range(25)}
     lines = list(_doubtful(many))

@@ -82,11 +82,15 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
 
 def _doubtful(done: Mapping[str, Outcome]) -> Iterator[str]:
     """Lines about clips that lost frames or have warnings, the first of them; the table has all."""
+    from abs_engine.clips.job import BETWEEN
+
     lines = []
     for name, outcome in sorted(done.items()):
         frames, found = outcome.frames or 0, outcome.found or 0
         lost = [f"{frames - found} of {counted(frames, 'frame')} lost"] if found < frames else []
-        warned = [f"warning: {outcome.message}"] if outcome.message else []
+        warnings = outcome.message.split(BETWEEN) if outcome.message else []
+        more = f" (and {len(warnings) - 1} more)" if len(warnings) > 1 else ""
+        warned = [f"warning: {warnings[0]}{more}"] if warnings else []
         lines += [f"{name}: {'; '.join([*lost, *warned])}"] if lost or warned else []
     yield from lines[:_NAMED]
     if len(lines) > _NAMED:
