@@ -274,10 +274,12 @@ def _offsets(scores: Mapping[str, Score]) -> tuple[str, ...]:
     """A sentence, if most frames failed by one constant offset, as with another person's head."""
     key = next((f"{name}_rms_head_mm" for name in PRIMARY if f"{name}_rms_head_mm" in scores), "")
     removed = key.replace("_mm", "_offset_removed_mm")
-    if removed not in scores or scores["failure_share"].value <= _MOST_FAILED:
+    if removed not in scores:
         return ()
+    frames, lost = (scores[name].value for name in ("frames", "frames_lost"))
+    tracked = scores["failure_share"].value - lost / max(frames, 1.0)
     off, rest = scores[key].value, scores[removed].value
-    if not rest <= LIMIT_MM < off:
+    if tracked <= _MOST_FAILED or not rest <= min(LIMIT_MM, off / 2) or off <= LIMIT_MM:
         return ()
     return (
         f"frames failed by one constant offset: points are {off:.1f} mm off in head coordinates, "

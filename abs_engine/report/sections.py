@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.words import counted
 from abs_engine.evaluate.catalogue import Metric
 from abs_engine.evaluate.score_table import IN_BRACKETS, shown, shown_unit, used
 from abs_engine.report.data import ReportData, Rows, System
@@ -249,7 +248,7 @@ def _facts(title: str, rows: Rows) -> str:
     tuning = [row for row in rows if row[0].startswith(TUNING)]
     shown = _fact_table([row for row in rows if row not in tuning])
     if tuning:
-        summary = f"<summary>{counted(len(tuning), 'number')} that steer results</summary>"
+        summary = f"<summary>Numbers that steer results ({len(tuning)})</summary>"
         shown += f"<details>{summary}{_fact_table(tuning)}</details>"
     return f"<h3>{safe(title)}</h3>{shown}"
 

@@ -74,13 +74,15 @@ def _placed(
 
     ratio = float(np.median(wanted[:, 2] / (there + turns @ usual)[:, 2]))
     start = np.r_[ratio, usual]
-    near = _together(off(start))
+    for _ in range(2):  # where the origin is off, heads that turned look wrong at first
+        near = _together(off(start))
 
-    def residuals(x: FloatArray) -> FloatArray:
-        held = (x[1:] - usual) / HEAD_POSE.given_origin
-        return np.concatenate([off(x)[near].ravel() / PREPARATION.pose_deviation[3], held])
+        def residuals(x: FloatArray, near: BoolArray = near) -> FloatArray:
+            held = (x[1:] - usual) / HEAD_POSE.given_origin
+            return np.concatenate([off(x)[near].ravel() / PREPARATION.pose_deviation[3], held])
 
-    found = least_squares(residuals, start, loss="soft_l1", x_scale=HEAD_POSE.given_step)
+        found = least_squares(residuals, start, loss="soft_l1", x_scale=HEAD_POSE.given_step)
+        start = found.x
     away = float(np.median(np.linalg.norm(off(found.x), axis=1)))
     return float(found.x[0]), found.x[1:], away
 

@@ -113,7 +113,8 @@ def prepare_head(
         with _box_named(options):
             by_colour = by_blobs(clip, speaker, renderer, options, leaves, stage)
         return replace(by_colour, remarks=remark)
-    return by_blobs(clip, speaker, renderer, options, leaves, stage)
+    with _box_named(options):
+        return by_blobs(clip, speaker, renderer, options, leaves, stage)
 
 
 @contextmanager
@@ -122,7 +123,7 @@ def _box_named(options: TrackOptions) -> Iterator[None]:
     try:
         yield
     except FaceNotFoundError as error:
-        if options.mouth is None:
+        if options.mouth is None or "--mouth" not in error.remedy:
             raise
         raise FaceNotFoundError(
             error.problem, "check that --mouth holds the whole mouth in the first frame"

@@ -165,6 +165,8 @@ def fit_frame(
             pose, posture = turned(shape, pose, step[:6]), posture + step[6:]
             if np.abs(np.r_[step[:3], step[6:]]).max() < HEAD_POSE.frame_settled:
                 break
+        else:
+            found, step = _normal(shape, seen, openings, pose, posture), np.zeros_like(step)
     # where the last step, which is short, leads
     information, gradient = found.information, found.gradient + found.information @ step
     if held is not None:

@@ -119,7 +119,7 @@ def track_shots(
         for shot, frame, hidden in frames:
             memory = replace(memory, gap=_gap(setting, shot.time - last))
             if frame.cut:  # the mouth before it is no guide
-                memory = memory.lost()
+                memory = replace(memory.lost(), values=())
             earlier = None if journal is None else journal.earlier()
             result, memory = earlier or _step(setting, shot.index, frame, hidden, memory)
             result = replace(result, cut=frame.cut)

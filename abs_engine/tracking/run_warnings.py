@@ -74,8 +74,8 @@ NO_EYES = (
     "and all lengths may be off by about {:.0%}; film the whole face"
 )
 OTHER_TIMES = (
-    "{} could be read, but the file gives times of {}: theirs follow from the mean rate, and may "
-    "be off; convert the video, for example with ffmpeg"
+    "{} could be read, but the file gives times of {}: the times in the results follow from the "
+    "mean rate, and may be off; convert the video, for example with ffmpeg"
 )
 ALL_CLOSED = (
     "the lips are closed in all {} that were tracked: if the person speaks there, look at the "

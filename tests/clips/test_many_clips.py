@@ -382,4 +382,4 @@ def test_clips_that_lost_frames_or_have_warnings_are_named_and_others_not():
     many = {f"{k:02d}": Outcome("done", frames=2, found=1) for k in range(25)}
     lines = list(_doubtful(many))
     assert lines[0] == "00: 1 of 2 frames lost"
-    assert lines[20:] == ["and 5 clips more with lost frames or warnings"]
+    assert lines[20:] == ["and 5 more clips with lost frames or warnings"]

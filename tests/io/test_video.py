@@ -194,14 +194,44 @@ def test_damage_in_the_middle_is_no_break(tmp_path):
     assert len(list(read_frames(path))) == pytest.approx(40, abs=1)
 
 
-def test_frames_that_are_damaged_in_the_middle_are_left_out(tmp_path):
-    path = write_kind(tmp_path / "v.mp4", "libx264", drift(60), gop=10)
-    whole, info = bytearray(path.read_bytes()), probe(path)
-    first, last = 2 * len(whole) // 5, len(whole) // 2
-    whole[first:last] = np.random.default_rng(0).bytes(last - first)
-    path.write_bytes(whole)
-    read = len(list(read_frames(path)))
-    assert 30 < read < info.frames == 60
+def damaged(path: Path, packets: range) -> Path:
+    """A copy of a video with noise in place of some packets, counted as they are decoded."""
+    whole = bytearray(path.read_bytes())
+    with av.open(str(path)) as container:
+        found = [p for p in container.demux(video=0) if p.size]
+        for number in packets:
+            packet = found[number]
+            noise = np.random.default_rng(number).bytes(packet.size)
+            whole[packet.pos : packet.pos + packet.size] = noise
+    out = path.with_name(f"damaged_{path.name}")
+    out.write_bytes(whole)
+    return out
+
+
+@pytest.mark.parametrize("gop", [10, 250])
+def test_frames_that_are_damaged_in_the_middle_are_left_out(tmp_path, gop):
+    path = damaged(write_kind(tmp_path / "v.mp4", "libx264", drift(60), gop=gop), range(22, 26))
+    assert 30 < len(list(read_frames(path))) < 60
+    assert probe(path).frames == 60
+
+
+@pytest.mark.parametrize("count", [1, 4])
+def test_damage_at_the_end_is_a_break(tmp_path, count):
+    whole = write_kind(tmp_path / "v.mp4", "libx264", drift(40), gop=250)
+    path = damaged(whole, range(40 - count, 40))
+    for read in (probe, lambda path: list(read_frames(path))):
+        with pytest.raises(VideoError, match="cut off"):
+            read(path)
+
+
+def test_two_recordings_in_one_file_are_both_counted(tmp_path):
+    """The second has the earlier times, as of a recorder whose clock was set anew."""
+    stamps = [90 * k + 9000 for k in range(40)]
+    late = write_kind(tmp_path / "late.ts", "libx264", drift(40), stamps=stamps)
+    early = write_kind(tmp_path / "early.ts", "libx264", drift(40))
+    path = tmp_path / "both.ts"
+    path.write_bytes(late.read_bytes() + early.read_bytes())
+    assert probe(path).frames == len(list(read_frames(path))) == 80
 
 
 def test_a_recording_may_begin_between_key_frames(tmp_path):
@@ -239,6 +269,7 @@ def test_a_picture_an_hour_can_be_written(tmp_path):
         for picture in drift(3):
             writer.write(picture)
     assert len(list(read_frames(tmp_path / "v.mp4"))) == 3
+    assert probe(tmp_path / "v.mp4").rate == pytest.approx(1 / 3600)
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ from abs_engine.tracking.run_mesh import LinearSurface
 
 def test_numbers_that_steer_results_are_folded():
     page = _facts("System: a", (("rate", "25"), ("tuning: frames: most lost", "0.5")))
-    shown, folded = page.split("<details><summary>1 number that steer results</summary>")
+    shown, folded = page.split("<details><summary>Numbers that steer results (1)</summary>")
     assert "rate" in shown
     assert "tuning" not in shown
     assert "tuning: frames: most lost" in folded

@@ -60,6 +60,16 @@ def test_two_wrong_poses_of_nine_do_not_shrink_all_others(off):
         np.testing.assert_allclose(found[k].translation, true[k].translation, atol=0.5)
 
 
+def test_heads_that_turn_far_say_where_an_origin_far_away_lies():
+    yaws = [0.0] * 7 + [1.0, -1.0]
+    turns = [Rotation.from_euler("y", yaw).as_matrix() @ FACING for yaw in yaws]
+    true = [Pose(turn, [2.0 * k, 1.0, 600 + k]) for k, turn in enumerate(turns)]
+    given = [Pose(pose.rotation @ TURN, pose.apply(np.array([0.0, 60.0, -80.0]))) for pose in true]
+    found = aligned(given, list(enumerate(true)), PIVOT)
+    for k in (7, 8):
+        np.testing.assert_allclose(found[k].translation, true[k].translation, atol=1.0)
+
+
 def test_poses_that_turn_otherwise_than_the_face_are_refused():
     true, other = own(), own()
     with pytest.raises(ParameterError, match=r"do not move as the face does.*degrees"):

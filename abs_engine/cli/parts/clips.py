@@ -94,7 +94,8 @@ def _doubtful(done: Mapping[str, Outcome]) -> Iterator[str]:
         lines += [f"{name}: {'; '.join([*lost, *warned])}"] if lost or warned else []
     yield from lines[:_NAMED]
     if len(lines) > _NAMED:
-        yield f"and {counted(len(lines) - _NAMED, 'clip')} more with lost frames or warnings"
+        more = counted(len(lines) - _NAMED, "more clip")
+        yield f"and {more} with lost frames or warnings"
 
 
 @contextmanager

@@ -119,36 +119,55 @@ def read_frames(path: Path) -> Iterator[Frame]:
 
 
 def _decoded(path: Path) -> Iterator[tuple[av.VideoFrame, float]]:
-    """All frames, and the aspect of their pixels; complains at the end if it was none.
-
-    Frames whose packets are damaged are left out; if none follows them, the video breaks off.
-    """
-    count, damaged = 0, None
+    """All frames, and the aspect of their pixels; complains at the end if it was none."""
+    count = 0
     with open_video(path) as container:
         stream = picture_stream(container)
         aspect, ending = pixel_aspect(stream), Ending(path, container, stream)
+        decoder = _Decoder(stream)
         try:
             for packet in container.demux():
                 ending.packet(packet)
-                if packet.stream is not stream:
-                    continue
-                try:
-                    frames = stream.decode(packet)
-                except av.error.InvalidDataError as error:
-                    # what comes before the first key frame cannot be decoded
-                    damaged = error if count else None
-                    continue
-                for frame in frames:
+                for frame in decoder.frames(packet):
                     ending.frame(frame)
                     yield frame, aspect
-                    count, damaged = count + 1, None
-            if damaged is not None:
-                raise damaged
+                    count += 1
+            decoder.check()
         except av.error.FFmpegError as error:
             raise broken_off(path, count, f" ({error.strerror})") from error
         ending.check(count)
     if count == 0:
         raise VideoError(f"{path} holds no frames", "check that it is whole")
+
+
+class _Decoder:
+    """Decodes a stream's packets; those that are damaged cost their frames, unless they end it."""
+
+    def __init__(self, stream: av.VideoStream) -> None:
+        self._stream, self._begun = stream, False
+        self._damage: av.error.InvalidDataError | None = None
+
+    def frames(self, packet: av.Packet[Any]) -> list[av.VideoFrame]:
+        """The frames that come with a packet, of whatever stream.
+
+        A recording may begin between two key frames: what comes before the first cannot be decoded.
+        """
+        if packet.stream is not self._stream:
+            return []
+        try:
+            found = list(self._stream.decode(packet))
+        except av.error.InvalidDataError as error:
+            self._damage = error if self._begun else None
+            return []
+        if packet.size:  # the last one, which is empty, gives frames of earlier packets
+            self._damage = None
+        self._begun |= bool(found)
+        return found
+
+    def check(self) -> None:
+        """Raise what was wrong with the last packets, if anything."""
+        if self._damage is not None:
+            raise self._damage
 
 
 def _first_frame(path: Path) -> tuple[av.VideoFrame, float]:
@@ -175,6 +194,7 @@ def _survey(
     """
     ending = Ending(path, container, stream)
     stamps: list[int | None] = []
+    keys = 0
     before: list[av.Packet[Any]] = []
     last: list[av.Packet[Any]] = []
     try:
@@ -183,15 +203,17 @@ def _survey(
             if packet.stream is not stream:
                 continue
             if packet.is_keyframe and packet.size:
-                before, last = last, []
+                before, last, keys = last, [], keys + 1
             if len(last) <= _LONGEST_TAIL:
                 last.append(packet)
-            if _is_shown(packet, stream, first):
+            if _is_shown(packet, stream, first if keys < 2 else None):
                 stamps.append(packet.pts)
         tail = before + last if len(before + last) <= _LONGEST_TAIL else []
+        decoder = _Decoder(stream)
         for packet in tail:
-            for frame in stream.decode(packet):
+            for frame in decoder.frames(packet):
                 ending.frame(frame)
+        decoder.check()
     except av.error.FFmpegError as error:
         raise broken_off(path, len(stamps), f" ({error.strerror})") from error
     ending.check(len(stamps))

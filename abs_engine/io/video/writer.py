@@ -15,7 +15,7 @@ Frame = NDArray[np.uint8]
 """A picture, (H, W, 3) uint8 RGB, row 0 at the top."""
 
 
-_SLOWEST = Fraction(1, 1000)  # frames per second
+_SLOW = 0.01  # frames per second, from which on down whole seconds are exact enough
 _CLOCK = Fraction(1, 90_000)  # s, of MPEG: holds milliseconds and common frame rates exactly
 
 
@@ -37,8 +37,8 @@ class VideoWriter:
     uneven : bool
         Whether frames are shown at times of their own, exactly, and not at steps of 1 / `rate`.
     quick : bool
-        Whether 4:2:0 video takes its chroma from one pixel of four, in a third of the time, and
-        `crf` is the quantiser of every block, in two thirds of it.
+        Whether 4:2:0 video takes its chroma from one pixel of four, and `crf` is a constant
+        quantiser (x264's `qp`): that takes a third and two thirds of the time.
     """
 
     def __init__(
@@ -53,7 +53,11 @@ class VideoWriter:
     ) -> None:
         self._container = av.open(str(path), "w")
         codec = "libx264rgb" if crf == 0 else "libx264"
-        step = 1 / max(Fraction(rate).limit_denominator(1000), _SLOWEST)
+        step = (
+            1 / Fraction(rate).limit_denominator(1000)
+            if rate > _SLOW
+            else Fraction(round(1 / rate))
+        )
         stream = cast(
             "av.VideoStream",  # PyAV's types know few codecs by their names
             self._container.add_stream(codec, rate=1 / step),
