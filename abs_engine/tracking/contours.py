@@ -28,6 +28,7 @@ LEGEND: tuple[tuple[str, Colour], ...] = (
 
 _DOWN = np.array([[0.0, -5.0, 0.0], [0.0, 5.0, 0.0]])  # mm
 _UPRIGHT = 0.7  # cosine between across the corners' line and down the head
+_TURNED = 0.6  # quarters, from which on another one is turned
 _FRACTION = 4  # bits of OpenCV's sub-pixel coordinates
 
 
@@ -70,11 +71,19 @@ class LipDrawing:
             fixed = np.rint(window.to_drawn(points) * 2**_FRACTION).astype(np.int32)
             cv2.polylines(picture, [fixed], closed, colour, 1, cv2.LINE_AA, _FRACTION)
 
-    def view(self, pose: Pose, size: tuple[int, int], across: float) -> MouthView:
-        """The mouth, upright to 45 degrees, `across` mouth widths wide, at `size` pixels."""
+    def view(
+        self, pose: Pose, size: tuple[int, int], across: float, last: MouthView | None = None
+    ) -> MouthView:
+        """The mouth, upright to 45 degrees, `across` mouth widths wide, at `size` pixels.
+
+        After a `last` view, it is turned by another quarter only where the head is tilted farther.
+        """
         pixels = self.camera.project(pose.apply(self.mouth))
         down = np.subtract(*self.camera.project(pose.apply(self.mouth.mean(axis=0) + _DOWN)))
-        turns = round(float(np.arctan2(*down)) / (np.pi / 2))  # of a face on its side
+        tilt = float(np.arctan2(*down)) / (np.pi / 2)
+        turns = round(tilt)  # of a face on its side
+        if last is not None and abs((tilt + last.turns + 2) % 4 - 2) < _TURNED:
+            turns = -last.turns
         low, high = pixels.min(axis=0), pixels.max(axis=0)
         wide = float((high - low)[turns % 2])
         scale = size[0] / (across * max(1.0, wide))

@@ -151,7 +151,7 @@ class Painter:
     def _mouth(self, image: Image, result: FrameResult) -> Image:
         """The enlarged mouth with contours, and below it as it is."""
         if result.pose is not None:
-            self._panel = self._drawing.view(result.pose, self._crop, ACROSS)
+            self._panel = self._drawing.view(result.pose, self._crop, ACROSS, self._panel)
         panel = np.zeros((self._frame[1], PANEL_WIDTH, 3), np.uint8)
         if self._panel is None:
             return panel

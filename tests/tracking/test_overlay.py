@@ -73,6 +73,16 @@ def test_a_mouth_on_its_side_is_shown_upright(drawing, quarters):
         np.testing.assert_allclose(one, other, atol=1.5)
 
 
+def test_a_head_that_sways_about_45_degrees_is_turned_once(drawing):
+    pose, view, turns = toy_result(0).pose, None, []
+    for degrees in (0, 44, 46, 44, 60, 46, 44, 30):
+        roll = Rotation.from_euler("z", degrees, degrees=True).as_matrix()
+        tilted = Pose(roll @ pose.rotation, roll @ pose.translation)
+        view = drawing.view(tilted, (240, 176), 1.7, view)
+        turns.append(abs(view.turns))
+    assert turns == [0, 0, 0, 0, 1, 1, 1, 0]
+
+
 def lines_of(drawing, window):
     return [window.to_drawn(points) for points, _, _ in drawing.contours(toy_result(0, 4))]
 
