@@ -21,22 +21,19 @@ from abs_engine.evaluate.catalogue import warn_of_faults
 from abs_engine.evaluate.clip_views import found_truth
 from abs_engine.evaluate.estimate import Estimate, check_run, of_run
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
-from abs_engine.evaluate.metrics.failure import LIMIT_MM, LIMIT_NORMALISED
 from abs_engine.evaluate.same_clip import check_clip
-from abs_engine.evaluate.score import PRIMARY, ClipScores, Score, error_map, measure, summary
+from abs_engine.evaluate.score import ClipScores, Score, error_map, measure, summary
 from abs_engine.evaluate.truth_report import draw
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.csv_table import read_table
 from abs_engine.io.unfinished import NewFolder
+from abs_engine.report.score_notes import doubts, offsets
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run_mesh import MESH, load_mesh
 
 SCORES, TABLE = "scores.json", "scores.csv"
 MAP_FORMAT, MAP_VERSION = "abs_engine.error_map", 1
 POOLED = "all clips"
-FAR_MM = 50.0
-"""RMS error above which a file is most likely of another view."""
-_MOST_FAILED = 0.5  # share of the frames; fewer are not explained
 _RESULTS = "give a run's folder or a CSV file"
 
 View = tuple[str | None, str | None]
@@ -159,7 +156,7 @@ def _scored(
 
 def notes_of(clip: ClipScores, scores: Mapping[str, Score]) -> tuple[str, ...]:
     """Notes about the scores of a clip, one sentence each."""
-    return (*clip.notes, *_doubts(scores), *_offsets(scores))
+    return (*clip.notes, *doubts(scores), *offsets(scores))
 
 
 def default_folder(results: Sequence[Path]) -> Path:
@@ -251,41 +248,6 @@ def _check_result(path: Path) -> None:
         load_run(path)
     elif not path.is_file():
         raise InputFileError(f"{path} does not exist", _RESULTS)
-
-
-def _doubts(scores: Mapping[str, Score]) -> tuple[str, ...]:
-    """A question, if the numbers are such as those of another view would be.
-
-    Results that fit the picture are of this view, however far off they are in space.
-    """
-    seen = [scores[key].value for key in ("landmarks_nme", "lips_nme") if key in scores]
-    if any(error <= LIMIT_NORMALISED for error in seen):
-        return ()
-    failed = scores["failure_share"].value
-    far = [s.value for key, s in scores.items() if key.endswith(("_rms_head_mm", "_rms_camera_mm"))]
-    if failed == 1:
-        return ("every frame failed: is this the clip and camera?",)
-    if max(far, default=0.0) > FAR_MM:
-        return (f"it is {max(far):.0f} mm (RMS) from the truth: is this the clip and camera?",)
-    return ()
-
-
-def _offsets(scores: Mapping[str, Score]) -> tuple[str, ...]:
-    """A sentence, if most frames failed by one constant offset, as with another person's head."""
-    key = next((f"{name}_rms_head_mm" for name in PRIMARY if f"{name}_rms_head_mm" in scores), "")
-    removed = key.replace("_mm", "_offset_removed_mm")
-    if removed not in scores:
-        return ()
-    frames, lost = (scores[name].value for name in ("frames", "frames_lost"))
-    tracked = scores["failure_share"].value - lost / max(frames, 1.0)
-    off, rest = scores[key].value, scores[removed].value
-    if tracked <= _MOST_FAILED or not rest <= min(LIMIT_MM, off / 2) or off <= LIMIT_MM:
-        return ()
-    return (
-        f"frames failed by one constant offset: points are {off:.1f} mm off in head coordinates, "
-        f"{rest:.1f} mm once it is removed; with a head that is not the filmed person's own, read "
-        "the rows in which it is removed",
-    )
 
 
 def _loaded(

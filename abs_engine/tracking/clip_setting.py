@@ -228,3 +228,7 @@ class ClipSetting:
     def uneven_times(self) -> tuple[float, ...]:
         """Times of the frames, s; empty where they are evenly spaced, or not known."""
         return () if evenly_spaced(self.times, self.rate) else self.times
+
+    def time_of(self, index: int) -> float:
+        """Time of a frame, s; NaN where frames are evenly spaced, or it is not known."""
+        return self.uneven_times[index] if index < len(self.uneven_times) else float("nan")

@@ -65,7 +65,7 @@ def track(
     image, FrameResult
         Each frame with what was found in it.
     """
-    shots = (Shot(image, k, _uneven_time(setting, k)) for k, image in enumerate(images))
+    shots = (Shot(image, k, setting.time_of(k)) for k, image in enumerate(images))
     with closed_after(track_shots(setting, shots, memory, journal)) as found:
         for shot, result in found:
             yield shot.image, result
@@ -128,11 +128,6 @@ def track_shots(
             last = shot.time
             yield shot, result
         head.finish()
-
-
-def _uneven_time(setting: ClipSetting, index: int) -> float:
-    """Time of a clip's frame, s; NaN where frames are evenly spaced, or it is not known."""
-    return setting.uneven_times[index] if index < len(setting.uneven_times) else float("nan")
 
 
 def _gap(setting: ClipSetting, seconds: float) -> float:

@@ -260,14 +260,13 @@ def load_run(folder: Path) -> dict[str, NDArray[Any]]:
     """
     folder = to_path("folder", folder)
     folder = folder.parent if folder.name == RESULTS else folder
-    path = folder / RESULTS
     if not folder.exists():
         raise InputFileError(f"{folder} does not exist", _OF_TRACK)
-    if not path.is_file():
+    if not (folder / RESULTS).is_file():
         runs = sorted(one.parent for one in folder.glob(f"*/{RESULTS}"))
         one = f"give one of the runs in it, such as {runs[0]}" if runs else _OF_TRACK
         raise InputFileError(f"{folder} is not a run: {RESULTS} is missing", one)
-    return read_npz(path, FORMAT, VERSION, _LAYOUT, "track the video again")
+    return read_npz(folder / RESULTS, FORMAT, VERSION, _LAYOUT, "track the video again")
 
 
 def load_whole_run(

@@ -107,9 +107,8 @@ def live(chosen: Chosen) -> Done:
 
         tracker = learned(feed, reader, renderer, options, seconds, tell)
         board.begin(tracker.setting)
-        progress.remark(
-            f"tracking started; {counted(reader.count, 'frame')} passed during preparation"
-        )
+        passed = counted(reader.count, "frame")
+        progress.remark(f"tracking started; {passed} passed during preparation")
         takers = [_printer(reader), board.show]
         if link is not None:
             takers.append(stack.enter_context(LiveLink(link, tracker)).send)
