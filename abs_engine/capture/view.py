@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -14,7 +13,6 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 
 _HERE = Pose(np.eye(3), np.zeros(3))
-_UNDISTORT = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,11 +99,7 @@ class View:
 
     def undistort(self, pixels: FloatArray) -> FloatArray:
         """Pinhole coordinates (..., 2), x/z and y/z, of pixels (..., 2); NaN stays NaN."""
-        flat = np.ascontiguousarray(pixels.reshape(-1, 1, 2), np.float64)
-        ideal = cv2.undistortPoints(
-            flat, self.camera.matrix, self.camera.distortion, criteria=_UNDISTORT
-        )
-        return np.asarray(ideal, np.float64).reshape(pixels.shape)
+        return self.camera.undistort(pixels)
 
     def directions(self, pixels: FloatArray) -> FloatArray:
         """Unit vectors (..., 3), world frame, in which pixels (..., 2) look."""

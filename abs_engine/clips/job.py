@@ -7,10 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from abs_engine.core.clock import TIMING
 from abs_engine.core.errors import ParameterError
 from abs_engine.tracking.options import TrackOptions
 
 DONE, FAILED, WAITING = "done", "failed", "waiting"
+TABLE = "clips.csv"
+OWN = TABLE, TIMING
+"""Files about all clips, in the folder of their runs."""
 BETWEEN = " | "
 """Separates warnings in a message."""
 
@@ -74,11 +78,16 @@ def run_names(videos: Sequence[Path]) -> list[str]:
     Raises
     ------
     ParameterError
-        If two are named alike even so.
+        If two are named alike even so, or one as a file in the folder of all runs.
     """
     stems = Counter(video.stem for video in videos)
     names = [v.stem if stems[v.stem] == 1 else f"{v.parent.name}-{v.stem}" for v in videos]
     for name, video in zip(names, videos, strict=True):
+        if name in OWN:
+            raise ParameterError(
+                f"the run of {video} would be named '{name}', as a file about all clips is",
+                "rename the video",
+            )
         if names.count(name) > 1:
             raise ParameterError(
                 f"two clips would be tracked to '{name}', one of them {video}",

@@ -9,12 +9,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from abs_engine.clips.job import WAITING, Job, Outcome
+from abs_engine.clips.job import TABLE, WAITING, Job, Outcome
 from abs_engine.core.clock import TIMING
 from abs_engine.io.files import check_free, unwritable
 from abs_engine.io.naming import lock, partial_of, settle
 
-TABLE = "clips.csv"
 COLUMNS = ("clip", "video", "status", "frames", "found", "closed", "message")
 
 
@@ -75,6 +74,6 @@ def write_table(folder: Path, jobs: Iterable[Job], outcomes: Mapping[str, Outcom
         counts = got.frames, got.found, got.closed
         table.writerow((job.name, video, got.status, *counts, got.message))
     made = partial_of(folder / TABLE)
-    made.write_text(text.getvalue(), encoding="utf-8")
+    made.write_text(text.getvalue(), encoding="utf-8", errors="backslashreplace")
     settle(made)
     made.replace(folder / TABLE)

@@ -19,6 +19,7 @@ from abs_engine.core.settings import GENERAL
 
 WIDEST_SIDE = 1 << 15
 """px: no picture is wider or higher."""
+_CONVERGED = cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +151,22 @@ class Camera:
         dx = np.where(inside, 2 * p1 * x * y + p2 * (r2 + 2 * x * x), 0.0)
         dy = np.where(inside, p1 * (r2 + 2 * y * y) + 2 * p2 * x * y, 0.0)
         return np.stack([(x * radial + dx) * z, (y * radial + dy) * z, z], axis=-1)
+
+    def undistort(self, pixels: FloatArray) -> FloatArray:
+        """Rays x/z and y/z (..., 2) through pixels (..., 2): what `project` undoes.
+
+        A strong lens model does not reach far beyond the picture, where points of a face that is
+        cut off may lie: there the lens is left out. NaN stays NaN.
+        """
+        flat = np.ascontiguousarray(pixels.reshape(-1, 1, 2), np.float64)
+        plain = np.asarray(cv2.undistortPoints(flat, self.matrix, None), np.float64)
+        if not self.distorted:
+            return plain.reshape(pixels.shape)
+        # by default OpenCV stops after five iterations: too early towards the edges of wide lenses
+        rays = cv2.undistortPoints(flat, self.matrix, self.distortion, criteria=_CONVERGED)
+        off = self.project(np.concatenate([rays, np.ones_like(rays[..., :1])], axis=-1)) - flat
+        there = np.abs(off).max(axis=-1, keepdims=True) < 1.0
+        return np.asarray(np.where(there, rays, plain), np.float64).reshape(pixels.shape)
 
     def project(self, points: FloatArray) -> FloatArray:
         """Project camera-frame points (..., 3) in mm to pixels (..., 2), as `cv2.projectPoints`."""

@@ -23,11 +23,29 @@ _NESTED = (dict, list)
 _TOO_DEEP = "lists or tables lie in each other too deep"
 
 
+def is_there(path: Path) -> bool:
+    """Whether there is a file or folder of that path.
+
+    Raises
+    ------
+    InputFileError
+        If that cannot be looked up: a folder of its path is locked, or its name is none.
+    """
+    try:
+        return path.exists()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputFileError(
+            f"{str(path)!r} cannot be read ({reason})", "check the path, and who may read it"
+        ) from error
+
+
 def check_file(path: Path, remedy: str = "check the path") -> None:
     """Raise `InputFileError` for what is not there, no file, or larger than `MOST_BYTES`."""
+    if not is_there(path):
+        raise InputFileError(f"{path} does not exist", remedy)
     if not path.is_file():
-        what = "is not a file" if path.exists() else "does not exist"
-        raise InputFileError(f"{path} {what}", remedy)
+        raise InputFileError(f"{path} is not a file", remedy)
     if path.stat().st_size > MOST_BYTES:
         raise InputFileError(f"{path} is larger than {MOST_BYTES >> 20} MiB", "give a smaller file")
 

@@ -94,7 +94,12 @@ def _settled(
     outlines: Mapping[int, Outline],
     steps: int,
 ) -> JointHead:
-    """Some steps of Gauss-Newton, fewer where it settles."""
+    """Some steps of Gauss-Newton, fewer where it settles.
+
+    With texture and outlines it may diverge, as their equations take some of what moves as fixed:
+    a step that is longer than the one before it is not taken, and ends them.
+    """
+    last = np.inf
     for _ in range(steps):
         system = _System.of(problem, head)
         told = partial(system.told_by, seen=seen, frames=frames)
@@ -109,7 +114,10 @@ def _settled(
             for k, one in outlines.items():
                 told_so = outline_equations(problem.body, one, views[k], problem.camera)
                 system.add_outline(k, told_so)
-        head, moved = system.step()
+        stepped, moved = system.step()
+        if moved > last and (pairs or outlines):
+            break
+        head, last = stepped, moved
         if moved < HEAD_POSE.settled:
             break
     return head

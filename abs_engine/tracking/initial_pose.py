@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -112,7 +111,7 @@ def pose_of_face(face: Face, camera: Camera, marks: FloatArray) -> Pose:
     """
     from scipy.optimize import least_squares  # not for every clip: it takes a while to import
 
-    seen = _undistorted(face.points[: len(marks)], camera)
+    seen = camera.undistort(face.points[: len(marks)])
     middle = marks.mean(axis=0)
     eyes, width = seen[1] - seen[0], np.linalg.norm(marks[1] - marks[0])
     depth = width / np.linalg.norm(eyes)
@@ -151,23 +150,10 @@ def with_mouth_at(
     -------
     Pose
     """
-    return _moved_to(pose, mouth, _undistorted(np.asarray(pixel, np.float64)[None], camera)[0])
+    return _moved_to(pose, mouth, camera.undistort(np.asarray(pixel, np.float64)))
 
 
 def _moved_to(pose: Pose, point: FloatArray, ray: FloatArray) -> Pose:
     """The pose moved across the line of sight until a point (3,) lies on a ray (2,) at depth 1."""
     at = pose.apply(point)
     return Pose(pose.rotation, pose.translation + np.array([*(ray * at[2]), at[2]]) - at)
-
-
-def _undistorted(pixels: FloatArray, camera: Camera) -> FloatArray:
-    """Rays (N, 2) at depth 1 through pixels (N, 2).
-
-    A strong lens model does not reach far beyond the picture, where points of a face that is cut
-    off may lie: there the lens is left out.
-    """
-    rays = cv2.undistortPoints(pixels[:, None], camera.matrix, camera.distortion)[:, 0]
-    plain = cv2.undistortPoints(pixels[:, None], camera.matrix, None)[:, 0]
-    back = camera.project(np.hstack([rays, np.ones((len(rays), 1))]))
-    off = np.abs(back - pixels).max(axis=1, keepdims=True)
-    return np.asarray(np.where(off < 1.0, rays, plain))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray
@@ -39,9 +38,8 @@ class SeenRays:
     @classmethod
     def of(cls, landmarks: Landmarks, camera: Camera, trust: FloatArray | None = None) -> SeenRays:
         """The rays of landmarks in a camera's picture; by default all are trusted."""
-        flat = cv2.undistortPoints(landmarks.pixels[:, None], camera.matrix, camera.distortion)
         pixel = 1.0 / float(camera.matrix[0, 0])
         depth = landmarks.points[:, 2] * pixel
         weights = np.ones(len(depth)) if trust is None else trust
-        rays = np.asarray(flat[:, 0], np.float64)
+        rays = camera.undistort(landmarks.pixels)
         return cls(rays, depth, np.stack(landmarks.axes), weights, pixel)

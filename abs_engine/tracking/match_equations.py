@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray
@@ -104,7 +103,7 @@ def linearised_at(
 
 def _rays(pixels: FloatArray, camera: Camera) -> FloatArray:
     """Unit vectors (N, 3) to pixels (N, 2), camera frame."""
-    flat = cv2.undistortPoints(pixels[:, None], camera.matrix, camera.distortion)[:, 0]
+    flat = camera.undistort(pixels)
     rays = np.column_stack([flat, np.ones(len(flat))])
     return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
 

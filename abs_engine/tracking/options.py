@@ -112,8 +112,19 @@ class TrackOptions:
         for name in PATHS:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, Path(getattr(self, name)))
+        self._as_python()
         object.__setattr__(self, "terms", None if self.terms is None else term_names(self.terms))
         object.__setattr__(self, "model", None if self.model is None else str(self.model))
+
+    def _as_python(self) -> None:
+        """Take NumPy's numbers for Python's own, as these are written into a run."""
+        if self.face is not None:
+            object.__setattr__(self, "face", int(self.face))
+        if self.pupil_distance is not None:
+            object.__setattr__(self, "pupil_distance", float(self.pupil_distance))
+        if self.mouth is not None:
+            object.__setattr__(self, "mouth", tuple(map(float, self.mouth)))
+        object.__setattr__(self, "worn", bool(self.worn))
 
     @property
     def from_landmarks(self) -> bool:

@@ -110,6 +110,8 @@ def load_mesh(folder: Path) -> RunMesh:
     folder = to_path("folder", folder)
     folder = folder.parent if folder.name == MESH else folder
     path = folder / MESH
+    if not folder.is_dir():
+        raise InputFileError(f"{folder} is not a folder", "give a run's, as 'track' wrote it")
     if not path.is_file():
         raise InputFileError(f"{folder} holds no {MESH}", "track the video again")
     return RunMesh(**read_npz(path, FORMAT, VERSION, _LAYOUT, "track the video again"))

@@ -87,6 +87,11 @@ class Smoothing:
 
     def check(self, rate: float, times: FloatArray) -> None:
         """Raise `ParameterError` where it cannot be used, for frames (T,) shown at `times`, s."""
+        if not evenly_spaced(times, rate):
+            raise ParameterError(
+                "the frames are not evenly spaced in time, as the filters need",
+                "leave out --smooth, or convert the video to a constant rate",
+            )
         if self.name == BUTTERWORTH and self.amount >= rate / 2:
             raise ParameterError(
                 f"frames at {rate:g} Hz hold nothing above {rate / 2:g} Hz",
@@ -102,11 +107,6 @@ class Smoothing:
             raise ParameterError(
                 f"{self} keeps only waves longer than the clip's {len(times) / rate:.1f} s",
                 "give a higher cutoff, or leave out --smooth",
-            )
-        if not evenly_spaced(times, rate):
-            raise ParameterError(
-                "the frames are not evenly spaced in time, as the filters need",
-                "leave out --smooth, or convert the video to a constant rate",
             )
 
     def __call__(self, curve: FloatArray, rate: float, cut: BoolArray) -> FloatArray:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError
 from abs_engine.io.csv_table import read_table
 from abs_engine.io.video import read_frames
 from abs_engine.learn.opening import POINTS, LabelledMouth, spot_of
 
 COLUMNS = tuple(f"{name}_{axis}" for name in POINTS for axis in "xy")
+_CROSSED = 0.05  # of a mouth's width: labels of closed lips may cross by as much
 _REMEDY = "see 'abs-engine mouths --help'"
 
 
@@ -27,7 +30,8 @@ def read_mouths(path: Path) -> list[LabelledMouth]:
     Raises
     ------
     InputFileError, VideoError
-        If the table or a video cannot be read, a cell is empty, or a video ends before a frame.
+        If the table or a video cannot be read, a cell is empty, a frame is labelled twice or is no
+        whole number, points are not where their names say, or a video ends before a frame.
     """
     table = read_table(path)
     table.require(("video", "frame", *COLUMNS), _REMEDY)
@@ -38,6 +42,7 @@ def read_mouths(path: Path) -> list[LabelledMouth]:
             f"{path}, line {table.lines[empty[0]]}: a cell is empty", "label every point"
         )
     videos = table.text("video")
+    _check_rows(path, table.lines, videos, numbers)
     found: list[LabelledMouth] = []
     for video in dict.fromkeys(videos):
         rows = numbers[[k for k, name in enumerate(videos) if name == video]]
@@ -46,6 +51,7 @@ def read_mouths(path: Path) -> list[LabelledMouth]:
         for index, image in enumerate(read_frames(path.parent / video)):
             if index in points:
                 found.append(LabelledMouth(image, points.pop(index), spot))
+                _check_inside(f"{path}, frame {index} of {video}", found[-1])
             if index == last:
                 break
         if points:
@@ -53,3 +59,43 @@ def read_mouths(path: Path) -> list[LabelledMouth]:
                 f"{video} has no frame {min(points)}", f"count frames from 0 in {path}"
             )
     return found
+
+
+def _check_rows(
+    path: Path, lines: Sequence[int], videos: Sequence[str], numbers: FloatArray
+) -> None:
+    """Raise `InputFileError` for the first row (17,), frame and points, that cannot be right."""
+    seen: set[tuple[str, float]] = set()
+    for line, video, (frame, *flat) in zip(lines, videos, numbers, strict=True):
+        problem = _problem(np.reshape(flat, (-1, 2)))
+        if frame < 0 or frame % 1:
+            problem = f"frame {frame:g} is not a whole number", "count frames from 0"
+        elif (video, frame) in seen:
+            problem = f"frame {frame:g} of {video} is labelled twice", "leave out one of them"
+        if problem:
+            raise InputFileError(f"{path}, line {line}: {problem[0]}", problem[1])
+        seen.add((video, frame))
+
+
+def _problem(points: FloatArray) -> tuple[str, str] | None:
+    """Fault of points (8, 2) whose names do not fit their places, and a remedy; else None."""
+    left, right, *others = points
+    if right[0] <= left[0]:
+        return "the left corner is not left of the right one", "left and right are the picture's"
+    along = (right - left) / np.linalg.norm(right - left)
+    down = np.array([point @ [-along[1], along[0]] for point in others])
+    lower = np.array([name.startswith("lower") for name in POINTS[2:]])
+    if down[~lower].mean() - down[lower].mean() > _CROSSED * np.linalg.norm(right - left):
+        return "the upper lip lies below the lower one", "rows of a picture count downwards"
+    across = dict(zip(POINTS[2:], np.array(others) @ along, strict=True))
+    if any(across[f"{lip}_left"] > across[f"{lip}_right"] for lip in ("upper", "lower")):
+        return "a left point is right of its counterpart", "left and right are the picture's"
+    return None
+
+
+def _check_inside(where: str, mouth: LabelledMouth) -> None:
+    """Raise `InputFileError` for a point that lies half a mouth or more outside of its picture."""
+    size = np.array(mouth.image.shape[1::-1])
+    beyond = np.maximum(-mouth.points, mouth.points - (size - 1)).max()
+    if beyond > mouth.spot.width / 2:
+        raise InputFileError(f"{where}: a point lies outside of the picture", "give pixels of it")

@@ -235,6 +235,13 @@ def test_a_mesh_with_nan_or_without_area(fails, tmp_path, noise_video):
         assert text in fails(*track(noise_video, tmp_path / "run", "--speaker", speaker))
 
 
+def test_names_that_no_file_can_have(fails, tmp_path, noise_video):
+    long = tmp_path / ("x" * 300)
+    words = track(noise_video, tmp_path / "run", "--camera", long)
+    assert "cannot be read (File name too long)" in fails(*words)
+    assert "cannot be written" in fails(*track(noise_video, long / "run"))
+
+
 def test_a_wrong_camera(fails, tmp_path, noise_video):
     camera = tmp_path / "camera.json"
     words = track(noise_video, tmp_path / "run", "--camera", camera)

@@ -131,6 +131,17 @@ def test_an_overlay_film_and_its_lost_frame(render, place):
     assert np.abs(lost[: plain.shape[0]].astype(int) - plain).mean() < 4
 
 
+@pytest.mark.parametrize("kind", ["overlay", "ids"])
+def test_a_film_of_an_uneven_video_shows_frames_at_their_times(kind, render, place, tmp_path):
+    shutil.copytree(place / "run", tmp_path / "uneven")
+    arrays = dict(np.load(tmp_path / "uneven/results.npz"))
+    arrays["time"] = np.array([0.5, 0.54, 1.3])
+    np.savez(tmp_path / "uneven/results.npz", **arrays)
+    video = ["--video", place / "video.mp4"] if kind == "overlay" else []
+    film = render(kind, tmp_path / "uneven", *video, name="u.mp4")
+    np.testing.assert_allclose(probe(film).times, [0, 0.04, 0.8], atol=1e-3)
+
+
 def test_labels_of_a_dataset(render, place):
     shown = {
         kind: render(kind, "--truth", place / "data", "--frame", 1, name=f"{kind}.png")

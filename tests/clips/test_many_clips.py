@@ -50,6 +50,19 @@ def test_names_that_cannot_be_told_apart_are_refused(other):
         run_names([Path("s1/a.mp4"), Path(other)])
 
 
+@pytest.mark.parametrize("name", ["clips.csv.mp4", "timing.json.mp4"])
+def test_a_clip_named_as_a_file_about_all_of_them_is_refused(name):
+    with pytest.raises(ParameterError, match="rename the video"):
+        run_names([Path("s1/a.mp4"), Path(name)])
+
+
+def test_a_name_that_is_no_utf_8_does_not_stop_the_table(tmp_path):
+    (tmp_path / "runs").mkdir()
+    write_table(tmp_path / "runs", [job(tmp_path, "\udcff"), job(tmp_path)], {})
+    lines = (tmp_path / "runs" / TABLE).read_text(encoding="utf-8").splitlines()
+    assert lines[1:] == [r"\udcff,../\udcff.mp4,waiting,,,,", "a,../a.mp4,waiting,,,,"]
+
+
 def job(folder: Path, name: str = "a") -> Job:
     return Job(folder / f"{name}.mp4", folder / "runs" / name, "cpu", TrackOptions(), (), {})
 

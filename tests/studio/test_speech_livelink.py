@@ -39,6 +39,18 @@ def test_samples_are_joined_by_straight_lines(tmp_path):
     assert set(speech.phonemes) == {"_"}
 
 
+def test_lost_frames_of_an_export_are_bridged(tmp_path):
+    path = written(
+        tmp_path,
+        "1:0:0:0,61,0,0,0,0,0,0", "1:0:0:15,61,,,,,,", "1:0:0:30,61,1,0.5,0,0,0,0",
+        "1:0:0:45,61,,,,,,",
+    )  # fmt: skip
+    recording = read_livelink(path, 60.0)
+    np.testing.assert_allclose(recording.times, [0, 0.5])
+    speech = play_recording(recording, UNITS, 4.0)
+    np.testing.assert_allclose(speech.weights, [[0, 0], [0.25, 0.5], [0.5, 1]], atol=1e-9)
+
+
 def test_yaw_turns_first_then_pitch_then_roll(tmp_path):
     path = written(tmp_path, "1:0:0:0,61,0,0,0.5,0.3,0.2,0", "1:0:0:1,61,0,0,0.5,0.3,0.2,0")
     head = play_recording(read_livelink(path), UNITS, 10.0).head[0]

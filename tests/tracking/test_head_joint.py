@@ -240,6 +240,20 @@ def test_equations_are_added_where_their_parameters_are():
     )
 
 
+def test_a_step_longer_than_the_one_before_is_taken_without_texture_only(monkeypatch):
+    """Landmarks alone may begin with long steps; those of texture and outlines may diverge."""
+    lengths = iter([0.1, 0.2, 0.0, 0.3, 0.2, 0.5])  # by landmarks until one is 0, then with all
+
+    def step(system):
+        length = next(lengths)
+        return replace(system.head, identity=system.head.identity + length), length
+
+    monkeypatch.setattr(_System, "step", step)
+    found = fit_jointly(problem(), frames()[:2], CpuRenderer(), 1)
+    np.testing.assert_allclose(found.identity, 0.1 + 0.2 + 0.3 + 0.2)
+    assert next(lengths, None) is None
+
+
 def test_outlines_make_a_head_as_wide_as_it_is_seen():
     sides = speaker().points["landmark_68"][[0, 1, 2, 3, 13, 14, 15, 16]]  # ears to jaw
     off = []

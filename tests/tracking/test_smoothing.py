@@ -91,6 +91,8 @@ def test_what_the_frames_do_not_allow_is_refused():
         Smoothing.named("butterworth:12.5").check(RATE, TIME)
     with pytest.raises(ParameterError, match="not evenly spaced"):
         Smoothing.named("savitzky-golay:5").check(RATE, np.r_[TIME, TIME[-1] + 0.1])
+    with pytest.raises(ParameterError, match="not evenly spaced"):  # no lower cutoff would do
+        Smoothing.named("butterworth:13").check(RATE, np.r_[TIME, TIME[-1] + 0.1])
     Smoothing.named("butterworth:12").check(RATE, TIME)
 
 

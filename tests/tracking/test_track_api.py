@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from abs_engine.core.registry import DRIVERS
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.drivers import Driver
 from abs_engine.tracking import loop
+from abs_engine.tracking.options import TrackOptions
 
 OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)
 pytestmark = pytest.mark.usefixtures("soon_ready")
@@ -103,6 +105,14 @@ def test_the_table_is_that_of_the_file(run, written, video):
     assert kept.summary["frames"] == len(OPEN)
     with pytest.raises(OutputError):
         abs_engine.track(str(video), str(folder), renderer="cpu")
+
+
+def test_numbers_of_numpy_are_written_as_python_s_own():
+    given = {"pupil_distance": np.float32(62), "face": np.int64(1), "worn": np.bool_(False)}
+    options = TrackOptions(**given, mouth=np.array([95, 150, 60, 40]))
+    kinds = [type(v) for v in (options.pupil_distance, options.face, options.worn)]
+    assert kinds == [float, int, bool]
+    assert json.loads(json.dumps(options.mouth)) == [95, 150, 60, 40]
 
 
 @pytest.mark.parametrize(

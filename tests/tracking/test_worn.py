@@ -37,7 +37,7 @@ POSE = with_mouth_at(
     vertices_of(None)[speaker().lip_ring].mean(axis=0),
 )  # fmt: skip
 OPEN = (0.0, 0.12, 0.3, 0.05, 0.2)
-NEW = (0.0, 0.16, 0.26, 0.35)
+NEW = (0.0, 0.08, 0.16, 0.26, 0.35, 0.2, 0.04, 0.3)
 LABELLED = ("walter", "amara")
 
 
@@ -206,11 +206,35 @@ def one_line(capsys) -> str:
     return lines[0]
 
 
+def exchanged(flat, one, other):
+    """A row's points, with two exchanged."""
+    points = np.reshape(flat, (-1, 2))
+    points[[one, other]] = points[[other, one]]
+    return points.ravel()
+
+
+def upside_down(flat):
+    """A row's points, with each lip labelled as the other."""
+    return np.reshape(flat, (-1, 2))[[0, 1, 3, 2, 5, 4, 7, 6]].ravel()
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
         (lambda row: [*row[:-1], ""], "a cell is empty"),
         (lambda row: [row[0], row[1] + 90, *row[2:]], "has no frame"),
+        (lambda row: [row[0], row[1] + 0.5, *row[2:]], "frame 0.5 is not a whole number"),
+        (lambda row: [row[0], row[1] // 2, *row[2:]], "is labelled twice"),
+        (lambda row: [*row[:2], *row[4:6], *row[2:4], *row[6:]], "the left corner is not left"),
+        (
+            lambda row: [
+                *row[:2],
+                *exchanged(row[2:], 2, 6),
+            ],
+            "a left point is right",
+        ),
+        (lambda row: [*row[:2], *upside_down(row[2:])], "the upper lip lies below the lower"),
+        (lambda row: [*row[:-1], 5000], "a point lies outside of the picture"),
     ],
 )
 def test_labels_that_do_not_fit_are_refused(folder, tmp_path, capsys, change, said):

@@ -13,6 +13,7 @@ from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.cli.parts.progress import Progress
 from abs_engine.core.errors import InputFileError
+from abs_engine.core.words import counted
 
 CLEAN, FAULTY = 0, 1
 _FRAMES = 40
@@ -46,7 +47,7 @@ def check(chosen: Chosen) -> Done:
     with Progress("checking") as progress:
         progress.announce("checksums")
         found = check_dataset(chosen.dataset, frames=chosen.frames or None, progress=progress)
-    lines = [*map(str, found), "nothing wrong" if not found else f"{len(found)} findings"]
+    lines = [*map(str, found), "nothing wrong" if not found else counted(len(found), "finding")]
     return Done(lines, {"findings": [asdict(one) for one in found]}, FAULTY if found else CLEAN)
 
 

@@ -34,9 +34,9 @@ def are_many(chosen: Chosen) -> bool:
 def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done:
     """Track each clip into a folder of its own, and write their table."""
     from abs_engine.clips.cluster import local_workers, workers_of
-    from abs_engine.clips.job import FAILED
+    from abs_engine.clips.job import FAILED, TABLE
     from abs_engine.clips.many import track_many
-    from abs_engine.clips.table import TABLE, runs_folder, write_table
+    from abs_engine.clips.table import runs_folder, write_table
     from abs_engine.clips.worker import check_same_options
     from abs_engine.tracking.output import SHEET
 

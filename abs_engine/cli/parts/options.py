@@ -13,6 +13,7 @@ from click.shell_completion import CompletionItem
 from abs_engine.core.errors import InputFileError
 from abs_engine.core.kinds import check_no_address
 from abs_engine.core.registry import RENDERERS, Registry, nearest
+from abs_engine.io.inputs import is_there
 
 STDOUT = Path("-")
 DRAWS = "what draws; auto: OpenGL, or the CPU if none loads. cpu is the fastest for track"
@@ -38,7 +39,7 @@ class _Input(_Path):
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Its path."""
         path = super().convert(value, param, ctx)
-        if not path.exists():
+        if not is_there(path):
             raise InputFileError(f"{path} does not exist", "check the path")
         return path
 

@@ -50,7 +50,7 @@ def render_to_file(request: Request, renderer: Renderer, progress: Progress | No
     film = is_film(request.output)
     made = _KINDS[request.kind](request, renderer, film, progress)
     if isinstance(made, Film):
-        write_film(request.output, _counted(made, progress), made.rate)
+        write_film(request.output, _counted(made, progress), made.rate, made.times)
     else:
         write_picture(request.output, made)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -51,9 +52,9 @@ def draw_label(
         for number in wanted:
             yield drawn(source.frame(number))
 
-    made = presented(request, film, source.count, source.rate, painted, progress)
+    made = presented(request, film, source.count, source.rate, painted, progress, source.times)
     if isinstance(made, Film):
-        return Film((_explained(p, painter) for p in made.frames), made.count, made.rate)
+        return replace(made, frames=(_explained(p, painter) for p in made.frames))
     return _explained(made, painter)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from abs_engine.core.arrays import Image
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import checked_frame
 from abs_engine.io.files import png, scratch, write_new
@@ -34,11 +34,14 @@ class Film:
     frames : iterable of (H, W, 3) uint8 RGB
     rate : float
         Frames per second.
+    times : (T,) float64 or None
+        When each is shown, s, where that is not at even steps.
     """
 
     frames: Iterable[Image]
     count: int
     rate: float
+    times: FloatArray | None = None
 
 
 def is_film(path: Path) -> bool:
@@ -64,6 +67,7 @@ def presented(
     rate: float,
     painted: Callable[[list[int]], Iterator[Image]],
     progress: Progress | None,
+    times: FloatArray | None = None,
 ) -> Image | Film:
     """Requested pictures: one frame, a film of all frames, or a sheet of evenly spread ones.
 
@@ -76,6 +80,8 @@ def presented(
     painted : callable
         Given numbers of frames, yields their pictures, all of one size.
     progress : callable, optional
+    times : (T,) float64, optional
+        When each frame is shown, s, where that is not at even steps.
 
     Raises
     ------
@@ -87,7 +93,7 @@ def presented(
             raise ParameterError("one frame is not a film", "let the file's name end in .png")
         return next(painted([checked_frame(request.frame, count)]))
     if film:
-        return Film(painted(list(range(count))), count, rate)
+        return Film(painted(list(range(count))), count, rate, times)
     wanted, tiles = evenly(count, SHEET_TILES), []
     for tile in painted(wanted):
         tiles.append(tile)
@@ -103,8 +109,12 @@ def write_picture(path: Path, picture: Image) -> None:
     write_new(path, png(picture))
 
 
-def write_film(path: Path, frames: Iterable[Image], rate: float) -> None:
+def write_film(
+    path: Path, frames: Iterable[Image], rate: float, times: FloatArray | None = None
+) -> None:
     """Write a new MP4, all frames of one size; odd sizes get a white line.
+
+    Frames are shown at even steps, or at the `times` (T,), s, since the first.
 
     Raises
     ------
@@ -115,11 +125,13 @@ def write_film(path: Path, frames: Iterable[Image], rate: float) -> None:
     with scratch() as folder:
         made = folder / "film.mp4"
         with ExitStack() as stack:
-            for frame in frames:
+            for index, frame in enumerate(frames):
                 odd = [(0, n % 2) for n in frame.shape[:2]]
                 even = np.pad(frame, (*odd, (0, 0)), constant_values=255)
                 if writer is None:
                     size = even.shape[1], even.shape[0]
-                    writer = stack.enter_context(VideoWriter(made, size, rate))
-                writer.write(even)
+                    writer = stack.enter_context(
+                        VideoWriter(made, size, rate, uneven=times is not None)
+                    )
+                writer.write(even, None if times is None else float(times[index] - times[0]))
         write_new(path, made.read_bytes())

@@ -53,7 +53,7 @@ def draw_overlay(
         for number, picture in run_pictures(video, wanted):
             yield painter.paint(number, picture)
 
-    return presented(request, film, len(run), run.rate, painted, progress)
+    return presented(request, film, len(run), run.rate, painted, progress, run.uneven_times)
 
 
 def draw_error(

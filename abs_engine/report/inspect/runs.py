@@ -20,6 +20,7 @@ from abs_engine.io.assets import Speaker
 from abs_engine.io.video import read_frames
 from abs_engine.report.drawing.view import View
 from abs_engine.report.inspect.body import Body
+from abs_engine.tracking.frame_times import evenly_spaced
 from abs_engine.tracking.record import camera_of, load_whole_run
 from abs_engine.tracking.run_mesh import RunMesh
 
@@ -53,6 +54,11 @@ class RunHead:
     def times(self) -> FloatArray:
         """Time at which each frame is shown, (T,) float64, seconds."""
         return np.asarray(self.arrays["time"], np.float64)
+
+    @property
+    def uneven_times(self) -> FloatArray | None:
+        """The same where frames are not evenly spaced in time; else None."""
+        return None if evenly_spaced(self.times, self.rate) else self.times
 
     @property
     def mode_names(self) -> tuple[str, ...]:

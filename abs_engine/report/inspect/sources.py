@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.core.kinds import checked_frame
 from abs_engine.core.scene import Renderer
@@ -35,11 +36,14 @@ class LabelSource:
         How many frames there are.
     frame : callable
         Gives the labels of a frame by its number.
+    times : (T,) float64 or None
+        When each is shown, s, where that is not at even steps.
     """
 
     rate: float
     count: int
     frame: Callable[[int], LabelFrame]
+    times: FloatArray | None = None
 
 
 def posture_labels(
@@ -62,7 +66,7 @@ def run_labels(renderer: Renderer, run: RunHead) -> LabelSource:
         flat = {"depth": lambda: none, "normals": lambda: np.zeros((*none.shape, 3))}
         return LabelFrame(f"{caption}   {run.arrays['status'][number]}", none, flat)
 
-    return LabelSource(run.rate, len(run), frame)
+    return LabelSource(run.rate, len(run), frame, run.uneven_times)
 
 
 def truth_labels(truth: Truth) -> LabelSource:

@@ -120,10 +120,8 @@ def backdrop(camera: Camera, background: Background, seed: int = 0) -> Float32Ar
     across, down = np.arange(width, dtype=np.float64), np.arange(height, dtype=np.float64)
     grid: NDArray[np.float64] = np.stack(np.meshgrid(across, down), axis=-1)
     if camera.distorted:  # where an ideal lens would have put each pixel
-        flat = cv2.undistortPoints(
-            grid.reshape(-1, 1, 2), camera.matrix, camera.distortion, P=camera.matrix
-        )
-        grid = np.asarray(flat, np.float64).reshape(height, width, 2)
+        focal, centre = camera.matrix[[0, 1], [0, 1]], camera.matrix[:2, 2]
+        grid = camera.undistort(grid) * focal + centre
     place = (grid / [max(width - 1, 1), max(height - 1, 1)]).astype(np.float32)
     if background.picture:
         image = cv2.resize(

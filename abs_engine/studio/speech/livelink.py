@@ -132,7 +132,8 @@ def _rows(path: Path) -> tuple[list[str], list[list[str]], list[int]]:
         raise InputFileError(
             f"{path} does not begin with Timecode and BlendShapeCount", "give a Live Link Face CSV"
         )
-    numbers = [number for number, row in enumerate(lines, 1) if number > 1 and row]
+    # A lost frame has a timecode alone; the frames about it bridge the gap
+    numbers = [n for n, row in enumerate(lines, 1) if n > 1 and any(c.strip() for c in row[2:])]
     rows = [lines[number - 1] for number in numbers]
     if not rows or len(header) < 3 or "" in header:
         raise InputFileError(f"{path} holds no samples, or a column no name", "record it again")
