@@ -59,14 +59,14 @@ def head_modes(speaker: Speaker) -> NDArray[np.float32]:
     (K, V, 3) float32
         Principal directions, mm per standard deviation, the widest first.
     """
-    return _principal(speaker, _own_modes(speaker))
+    return _principal(speaker, np.concatenate(_own_modes(speaker)))
 
 
-def _own_modes(speaker: Speaker) -> NDArray[np.float32]:
-    """The speaker's targets and smooth fields (M, V, 3), mm per standard deviation."""
+def _own_modes(speaker: Speaker) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """The speaker's targets, and smooth fields (M, V, 3), mm per standard deviation."""
     targets = identity_shape(speaker).modes(speaker)
     vertices = speaker.vertices.astype(np.float64)
-    return np.concatenate([targets, mirrored_modes(vertices, SHAPE.asymmetry)])
+    return targets, mirrored_modes(vertices, SHAPE.asymmetry)
 
 
 def _principal(speaker: Speaker, modes: NDArray[Any]) -> NDArray[np.float32]:

@@ -105,7 +105,7 @@ def test_a_file_of_another_mesh_is_refused(tmp_path, monkeypatch):
 
 def test_components_are_as_much_larger_as_the_head():
     none = np.zeros((0, *V.shape), np.float32)
-    usual, larger = (load_population().pooled(none, factor) for factor in (1.0, 1.1))
+    usual, larger = (load_population().pooled([none], factor) for factor in (1.0, 1.1))
     np.testing.assert_allclose(larger, 1.1 * usual, rtol=1e-5)
     assert np.sqrt((usual**2).sum(axis=2).mean(axis=1)).min() > 0.05  # mm: none is empty
 

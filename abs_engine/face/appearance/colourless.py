@@ -51,10 +51,12 @@ def chroma_spread(image: NDArray[np.uint8], outline: FloatArray) -> float | None
     kept = cv2.erode(inside, np.ones((3, 3), np.uint8)) > 0
     if np.count_nonzero(kept) < _FEWEST:
         return None
-    blue, red, luminance = _BY_CHROMA @ cells[kept].astype(np.float64).T
+    seen = _BY_CHROMA @ cells[kept].astype(np.float64).T
+    blue, red, luminance = seen
     groups = np.array_split(np.argsort(luminance, kind="stable"), COLOURS.luminance_levels)
-    at = [float(np.median(luminance[g])) for g in groups]
-    away = [c - np.interp(luminance, at, [np.median(c[g]) for g in groups]) for c in (blue, red)]
+    # all at once, as NumPy takes long to begin a median
+    of_blue, of_red, at = np.transpose([np.median(seen[:, g], axis=1) for g in groups])
+    away = [blue - np.interp(luminance, at, of_blue), red - np.interp(luminance, at, of_red)]
     dim = np.clip(float(np.median(luminance)) / COLOURS.light_face, COLOURS.most_dim, 1.0)
     return float(np.sqrt(np.square(away).sum(axis=0).mean()) / dim)
 

@@ -7,6 +7,7 @@ unknown person's lips also end where that model's do: the artist's are blunt at 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -85,15 +86,21 @@ class Population:
             slid=slide.vertices, between=slide.between, share=slide.share,
         )  # fmt: skip
 
-    def pooled(self, modes: NDArray[np.float32], factor: float) -> NDArray[np.float32]:
-        """Modes (M, V, 3) of an artist's heads, mm, and people's at a size, (M + K, V, 3).
+    def pooled(self, modes: Sequence[NDArray[np.float32]], factor: float) -> NDArray[np.float32]:
+        """Parts of modes (M, V, 3) of an artist's heads, mm, and people's at a size, (M + K, V, 3).
 
         Their covariance is a share `SHAPE.scanned` people's, the rest the artist's. How far the two
         averages lie apart is not added to it. `factor` is the size over the bundled head's.
         """
         share = SHAPE.scanned
-        scans = self.components.astype(np.float32) * np.float32(factor * np.sqrt(share))
-        return np.concatenate([modes * np.float32(np.sqrt(1.0 - share)), scans])
+        parts: list[NDArray[np.floating]] = [*modes, self.components]
+        sizes = [np.float32(np.sqrt(1.0 - share))] * len(modes)
+        sizes.append(np.float32(factor * np.sqrt(share)))
+        ends = np.cumsum([len(part) for part in parts])
+        out = np.empty((ends[-1], *self.mean.shape), np.float32)  # filled in place: it is large
+        for end, part, size in zip(ends, parts, sizes, strict=True):
+            np.multiply(part, size, out=out[end - len(part) : end], dtype=np.float32)
+        return out
 
 
 @kept
