@@ -550,6 +550,7 @@ def mouth_labels(folder: Path) -> bytes:
     from abs_engine.tracking.worn_labels import COLUMNS
 
     (folder / "clip.mp4").write_bytes(video(folder))
-    rows = rng().uniform(2, 20, (2, len(COLUMNS))).round(2).tolist()
+    mouth = [[3, 12], [20, 12], [7, 10], [7, 14], [11, 9], [11, 15], [16, 10], [16, 14]]
+    rows = (np.ravel(mouth) + rng().uniform(-1, 1, (2, len(COLUMNS)))).round(2).tolist()
     lines = [f"clip.mp4,{k},{','.join(map(str, row))}" for k, row in enumerate(rows)]
     return "\n".join([f"video,frame,{','.join(COLUMNS)}", *lines]).encode()

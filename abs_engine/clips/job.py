@@ -85,7 +85,7 @@ def run_names(videos: Sequence[Path]) -> list[str]:
     for name, video in zip(names, videos, strict=True):
         if name in OWN:
             raise ParameterError(
-                f"the run of {video} would be named '{name}', as a file about all clips is",
+                f"the run of {video} would be named '{name}', as the file about all clips is",
                 "rename the video",
             )
         if names.count(name) > 1:

@@ -54,7 +54,9 @@ def _kept(job: Job, error: Exception) -> str:
     """Message about an error whose traceback is written beside the clip's run."""
     path = _traceback_of(job)
     try:
-        path.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
+        path.write_text(
+            "".join(traceback.format_exception(error)), encoding="utf-8", errors="backslashreplace"
+        )
     except OSError:  # as of a full disk, which may be the error itself
         return named(error)
     return f"{named(error)}; see {path.name} in the folder of runs"

@@ -158,6 +158,8 @@ class Camera:
         A strong lens model does not reach far beyond the picture, where points of a face that is
         cut off may lie: there the lens is left out. NaN stays NaN.
         """
+        if not pixels.size:
+            return np.zeros(pixels.shape)
         flat = np.ascontiguousarray(pixels.reshape(-1, 1, 2), np.float64)
         plain = np.asarray(cv2.undistortPoints(flat, self.matrix, None), np.float64)
         if not self.distorted:

@@ -29,7 +29,7 @@ def is_there(path: Path) -> bool:
     Raises
     ------
     InputFileError
-        If that cannot be looked up: a folder of its path is locked, or its name is none.
+        If that cannot be looked up: a folder of its path is locked, or no file can be named so.
     """
     try:
         return path.exists()

@@ -75,10 +75,10 @@ class SolverSettings:
         view, which were left half-way.
     newton_reaches : tuple of int, drawn pixels
         To either side of a border that are looked at, step after step: long lines see past a wrong
-        border. Chosen on p01 to p08 of the strangers' clips of (8, 6, 4, 3, 2, 2), (8, 5, 3, 2) and
-        (8, 4, 2): apertures off from gaps read by eye by 1.81, 1.81 and 1.82 mm, corners by 0.14,
-        0.18 and 0.24; on p09 to p16 by 1.99, 1.91 and 1.93. On 32 films of
-        other heads (seeds 5 to 8) the first two are alike.
+        border. Chosen among (8, 6, 4, 3, 2, 2), (8, 5, 3, 2) and (8, 4, 2) on p01 to p08 of the
+        strangers' clips: apertures were off from gaps read by eye by 1.81, 1.81 and 1.82 mm,
+        corners by 0.14, 0.18 and 0.24; on p09 to p16 apertures by 1.99, 1.91 and 1.93. On 32 films
+        of other heads (seeds 5 to 8) the first two are alike.
     quick_reaches : tuple of int, drawn pixels
         The same where the next frame waits. Not measured.
     newton_tries : int

@@ -24,6 +24,7 @@ _SHINE = 0.9
 """Share of the light that the mirror gives back."""
 _SKEW = 0.01
 """Corners may be off a true rectangle by this share of its diagonal."""
+_SIGHT_STEPS = 30
 """Fixed-point steps that undo the lens distortion."""
 
 
@@ -152,7 +153,11 @@ def lines_of_sight(camera: Camera) -> FloatArray:
     """Directions (H, W, 3) float64, z = 1, camera frame, in which pixel centres look."""
     width, height = camera.size
     pixels = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=2).astype(np.float64)
-    rays = np.concatenate([camera.undistort(pixels), np.ones((height, width, 1))], axis=2)
+    flat = cv2.undistortPoints(pixels.reshape(-1, 1, 2), camera.matrix, camera.distortion)[:, 0]
+    rays = np.column_stack([flat, np.ones(len(flat))]).reshape(height, width, 3)
+    focal = np.array([camera.matrix[0, 0], camera.matrix[1, 1]])
+    for _ in range(_SIGHT_STEPS if camera.distorted else 0):  # OpenCV stops after five
+        rays[..., :2] += (pixels - camera.project(rays)) / focal
     return np.asarray(rays)
 
 

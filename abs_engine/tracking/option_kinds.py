@@ -34,7 +34,8 @@ def term_names(given: str | Sequence[str]) -> tuple[str, ...]:
 
 def _holds(values: Any, kind: type) -> bool:
     """Whether a sequence holds values of a kind."""
-    return isinstance(values, Sequence | np.ndarray) and all(map(is_of(kind), values))
+    several = isinstance(values, Sequence) or (isinstance(values, np.ndarray) and values.ndim > 0)
+    return several and all(map(is_of(kind), values))
 
 
 _KINDS: dict[str, Kind] = {

@@ -120,10 +120,13 @@ class TrackOptions:
         """Take NumPy's numbers for Python's own, as these are written into a run."""
         if self.face is not None:
             object.__setattr__(self, "face", int(self.face))
-        if self.pupil_distance is not None:
-            object.__setattr__(self, "pupil_distance", float(self.pupil_distance))
-        if self.mouth is not None:
-            object.__setattr__(self, "mouth", tuple(map(float, self.mouth)))
+        try:
+            if self.pupil_distance is not None:
+                object.__setattr__(self, "pupil_distance", float(self.pupil_distance))
+            if self.mouth is not None:
+                object.__setattr__(self, "mouth", tuple(map(float, self.mouth)))
+        except OverflowError as error:
+            raise ParameterError("a length is too large for a number", "give it in mm") from error
         object.__setattr__(self, "worn", bool(self.worn))
 
     @property

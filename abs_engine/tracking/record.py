@@ -26,7 +26,7 @@ from abs_engine.core.pose import parted
 from abs_engine.core.provenance import made_by
 from abs_engine.io.arrays import Layout, real, text, truth, whole
 from abs_engine.io.assets import Speaker
-from abs_engine.io.inputs import read_json
+from abs_engine.io.inputs import is_there, read_json
 from abs_engine.io.npz import read_npz
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.frame_rows import (
@@ -260,9 +260,9 @@ def load_run(folder: Path) -> dict[str, NDArray[Any]]:
     """
     folder = to_path("folder", folder)
     folder = folder.parent if folder.name == RESULTS else folder
-    if not folder.exists():
+    if not is_there(folder):
         raise InputFileError(f"{folder} does not exist", _OF_TRACK)
-    if not (folder / RESULTS).is_file():
+    if not is_there(folder / RESULTS):
         runs = sorted(one.parent for one in folder.glob(f"*/{RESULTS}"))
         one = f"give one of the runs in it, such as {runs[0]}" if runs else _OF_TRACK
         raise InputFileError(f"{folder} is not a run: {RESULTS} is missing", one)

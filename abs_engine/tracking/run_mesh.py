@@ -12,6 +12,7 @@ from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.kinds import checked_frame, to_path
 from abs_engine.io.arrays import Layout, index, real
 from abs_engine.io.assets import Speaker
+from abs_engine.io.inputs import is_there
 from abs_engine.io.npz import read_npz
 
 MESH, FORMAT, VERSION = "mesh.npz", "abs_engine.run_mesh", 1
@@ -110,9 +111,9 @@ def load_mesh(folder: Path) -> RunMesh:
     folder = to_path("folder", folder)
     folder = folder.parent if folder.name == MESH else folder
     path = folder / MESH
-    if not folder.is_dir():
-        raise InputFileError(f"{folder} is not a folder", "give a run's, as 'track' wrote it")
-    if not path.is_file():
+    if not is_there(folder):
+        raise InputFileError(f"{folder} does not exist", "give a run's, as 'track' wrote it")
+    if not is_there(path):
         raise InputFileError(f"{folder} holds no {MESH}", "track the video again")
     return RunMesh(**read_npz(path, FORMAT, VERSION, _LAYOUT, "track the video again"))
 

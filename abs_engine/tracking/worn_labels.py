@@ -14,7 +14,7 @@ from abs_engine.io.video import read_frames
 from abs_engine.learn.opening import POINTS, LabelledMouth, spot_of
 
 COLUMNS = tuple(f"{name}_{axis}" for name in POINTS for axis in "xy")
-_CROSSED = 0.05  # of a mouth's width: labels of closed lips may cross by as much
+_CROSSED = 0.05, 2.0  # of a mouth's width, and px: labels of closed lips may cross by as much
 _REMEDY = "see 'abs-engine mouths --help'"
 
 
@@ -85,11 +85,14 @@ def _problem(points: FloatArray) -> tuple[str, str] | None:
     along = (right - left) / np.linalg.norm(right - left)
     down = np.array([point @ [-along[1], along[0]] for point in others])
     lower = np.array([name.startswith("lower") for name in POINTS[2:]])
-    if down[~lower].mean() - down[lower].mean() > _CROSSED * np.linalg.norm(right - left):
+    share, least = _CROSSED
+    far = max(least, share * float(np.linalg.norm(right - left)))
+    if down[~lower].mean() - down[lower].mean() > far:
         return "the upper lip lies below the lower one", "rows of a picture count downwards"
     across = dict(zip(POINTS[2:], np.array(others) @ along, strict=True))
-    if any(across[f"{lip}_left"] > across[f"{lip}_right"] for lip in ("upper", "lower")):
-        return "a left point is right of its counterpart", "left and right are the picture's"
+    for lip in ("upper", "lower"):
+        if not across[f"{lip}_left"] <= across[lip] <= across[f"{lip}_right"]:
+            return f"points of the {lip} lip are out of order", "left and right are the picture's"
     return None
 
 

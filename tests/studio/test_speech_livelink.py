@@ -43,12 +43,17 @@ def test_lost_frames_of_an_export_are_bridged(tmp_path):
     path = written(
         tmp_path,
         "1:0:0:0,61,0,0,0,0,0,0", "1:0:0:15,61,,,,,,", "1:0:0:30,61,1,0.5,0,0,0,0",
-        "1:0:0:45,61,,,,,,",
+        "1:0:0:59,61,,,,,,",
     )  # fmt: skip
-    recording = read_livelink(path, 60.0)
-    np.testing.assert_allclose(recording.times, [0, 0.5])
+    recording = read_livelink(path)  # whose rate the last, lost frame tells
+    np.testing.assert_allclose(recording.times, [0, 0.25, 0.5, 59 / 60])
     speech = play_recording(recording, UNITS, 4.0)
-    np.testing.assert_allclose(speech.weights, [[0, 0], [0.25, 0.5], [0.5, 1]], atol=1e-9)
+    expected = [[0, 0], [0.25, 0.5], [0.5, 1], [0.5, 1], [0.5, 1]]
+    np.testing.assert_allclose(speech.weights, expected, atol=1e-9)
+    with pytest.raises(InputFileError, match="every frame"):
+        read_livelink(written(tmp_path, "1:0:0:0,61,,,,,,"))
+    with pytest.raises(InputFileError, match="has 2 values"):
+        read_livelink(written(tmp_path, "1:0:0:0,61,0,0,0,0,0,0", "1:0:0:9,61"))
 
 
 def test_yaw_turns_first_then_pitch_then_roll(tmp_path):

@@ -231,7 +231,7 @@ def upside_down(flat):
                 *row[:2],
                 *exchanged(row[2:], 2, 6),
             ],
-            "a left point is right",
+            "points of the upper lip are out of order",
         ),
         (lambda row: [*row[:2], *upside_down(row[2:])], "the upper lip lies below the lower"),
         (lambda row: [*row[:-1], 5000], "a point lies outside of the picture"),

@@ -56,23 +56,25 @@ def read_livelink(path: Path | str, timecode_rate: float | None = None) -> Recor
     Returns
     -------
     Recording
-        The eyes' own angles are left out; ARKit has them among the units as well.
+        The eyes' own angles are left out; ARKit has them among the units as well. Lost frames,
+        whose cells are empty, take what lies between the frames about them.
 
     Raises
     ------
     InputFileError
         If the file is missing, has no timecode, units or samples, a line has another number of
-        values than the header, a value is no number, or time does not grow.
+        values than the header, a value is no number, all frames are lost, or time does not
+        grow.
     """
     path = Path(path)
     header, rows, lines = _rows(path)
     angles = ("Yaw", "Pitch", "Roll")
     columns = [i for i, name in enumerate(header) if i > 1 and not name.endswith(angles)]
     names = tuple(header[i][0].lower() + header[i][1:] for i in columns)
-    values = _numbers(path, header, rows, lines)
+    times = _seconds(path, [row[0] for row in rows], lines, timecode_rate)
+    values = _bridged(path, times, _numbers(path, header, rows, lines))
     places = [header.index(name) - 2 if name in header else -1 for name in _HEAD]
     head = np.stack([values[:, i] if i >= 0 else np.zeros(len(values)) for i in places], axis=1)
-    times = _seconds(path, [row[0] for row in rows], lines, timecode_rate)
     return Recording(names, values[:, np.array(columns) - 2], head, times)
 
 
@@ -132,8 +134,7 @@ def _rows(path: Path) -> tuple[list[str], list[list[str]], list[int]]:
         raise InputFileError(
             f"{path} does not begin with Timecode and BlendShapeCount", "give a Live Link Face CSV"
         )
-    # A lost frame has a timecode alone; the frames about it bridge the gap
-    numbers = [n for n, row in enumerate(lines, 1) if n > 1 and any(c.strip() for c in row[2:])]
+    numbers = [number for number, row in enumerate(lines, 1) if number > 1 and row]
     rows = [lines[number - 1] for number in numbers]
     if not rows or len(header) < 3 or "" in header:
         raise InputFileError(f"{path} holds no samples, or a column no name", "record it again")
@@ -141,7 +142,7 @@ def _rows(path: Path) -> tuple[list[str], list[list[str]], list[int]]:
 
 
 def _numbers(path: Path, header: list[str], rows: list[list[str]], lines: list[int]) -> FloatArray:
-    """Values (N, C - 2) behind timecode and count."""
+    """Values (N, C - 2) behind timecode and count; NaN where all are empty: the frame was lost."""
     values = np.empty((len(rows), len(header) - 2))
     for k, (line, row) in enumerate(zip(lines, rows, strict=True)):
         if len(row) != len(header):
@@ -149,6 +150,9 @@ def _numbers(path: Path, header: list[str], rows: list[list[str]], lines: list[i
                 f"line {line} of {path} has {len(row)} values, its header {len(header)}",
                 "check that the file is whole",
             )
+        if not any(cell.strip() for cell in row[2:]):
+            values[k] = np.nan
+            continue
         try:
             values[k] = [to_number(cell) for cell in row[2:]]
         except ValueError as error:
@@ -156,6 +160,15 @@ def _numbers(path: Path, header: list[str], rows: list[list[str]], lines: list[i
                 f"line {line} of {path}: {error}", "correct it, or leave that line out"
             ) from error
     return values
+
+
+def _bridged(path: Path, times: FloatArray, values: FloatArray) -> FloatArray:
+    """Values (N, D) with those of lost frames on straight lines between the frames about them."""
+    known = ~np.isnan(values).any(axis=1)
+    if not known.any():
+        raise InputFileError(f"every frame of {path} is lost", "give a recording with a face")
+    columns = [np.interp(times, times[known], column[known]) for column in values.T]
+    return np.stack(columns, axis=1)
 
 
 def _seconds(
