@@ -110,7 +110,7 @@ def _linear(views: Sequence[View], pixels: FloatArray, seen: BoolArray) -> Float
     """Least squares in pinhole coordinates, scaled so that a row is about a pixel at unit depth."""
     rows, right = [], []
     for view, at, mask in zip(views, pixels, seen, strict=True):
-        ideal = np.where(mask[:, None], view.undistort(at), 0.0)
+        ideal = np.where(mask[:, None], view.camera.undistort(at), 0.0)
         linear, offset = view.motion
         for k in range(2):
             row = ideal[:, k, None] * linear[2] - linear[k]

@@ -97,13 +97,9 @@ class View:
         """Pixels (..., 2) of world points (..., 3), mm."""
         return self.camera.project(self.seen(points))
 
-    def undistort(self, pixels: FloatArray) -> FloatArray:
-        """Pinhole coordinates (..., 2), x/z and y/z, of pixels (..., 2); NaN stays NaN."""
-        return self.camera.undistort(pixels)
-
     def directions(self, pixels: FloatArray) -> FloatArray:
         """Unit vectors (..., 3), world frame, in which pixels (..., 2) look."""
-        ideal = self.undistort(pixels)
+        ideal = self.camera.undistort(pixels)
         sight = np.concatenate([ideal, np.ones((*ideal.shape[:-1], 1))], axis=-1)
         along = sight @ self.motion[0]
         return np.asarray(along / np.linalg.norm(along, axis=-1, keepdims=True))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from numbers import Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -64,3 +65,28 @@ def check_kinds(options: Mapping[str, Any]) -> None:
             check_kind(name, value, kind)
         if isinstance(value, str) and name != "terms" and not value.strip():
             raise ParameterError(f"{name} is empty", "give a name, or leave it out")
+
+
+_KEPT: dict[str, Callable[[Any], Any]] = {
+    **dict.fromkeys(PATHS, Path),
+    "terms": term_names,
+    "model": str,
+    "face": int,
+    "pupil_distance": float,
+    "mouth": lambda box: tuple(map(float, box)),
+    "worn": bool,
+}
+
+
+def kept(name: str, given: Any) -> Any:
+    """An option's value as it is kept, and written into a run: none of NumPy's own numbers.
+
+    Raises
+    ------
+    ParameterError
+        If a length is too large for a number, or the name of a term is empty.
+    """
+    try:
+        return _KEPT[name](given) if name in _KEPT else given
+    except OverflowError as error:
+        raise ParameterError(f"{name} is too large for a number", "give millimetres") from error

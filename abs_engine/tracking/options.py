@@ -22,7 +22,7 @@ from abs_engine.tracking.frame_state import Memory
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.mouth_landmarks import BOTH
-from abs_engine.tracking.option_kinds import PATHS, check_kinds, term_names
+from abs_engine.tracking.option_kinds import check_kinds, kept
 from abs_engine.tracking.scale import Scale
 
 LANDMARKS, BLOBS = STARTS = "landmarks", "blobs"
@@ -98,36 +98,19 @@ class TrackOptions:
     smooth: str | None = None
 
     def __post_init__(self) -> None:
-        """Take "colour+texture" for ("colour", "texture"), and None for the default.
+        """Take what is given as it is kept, see `option_kinds.kept`, and None for the default.
 
         Raises
         ------
         ParameterError
-            If an option is of another kind, or a name is empty.
+            If an option is of another kind, a name is empty, or a length too large for a number.
         """
         check_kinds(vars(self))
         for one in fields(self):
-            if getattr(self, one.name) is None:
-                object.__setattr__(self, one.name, one.default)
-        for name in PATHS:
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, Path(getattr(self, name)))
-        self._as_python()
-        object.__setattr__(self, "terms", None if self.terms is None else term_names(self.terms))
-        object.__setattr__(self, "model", None if self.model is None else str(self.model))
-
-    def _as_python(self) -> None:
-        """Take NumPy's numbers for Python's own, as these are written into a run."""
-        if self.face is not None:
-            object.__setattr__(self, "face", int(self.face))
-        try:
-            if self.pupil_distance is not None:
-                object.__setattr__(self, "pupil_distance", float(self.pupil_distance))
-            if self.mouth is not None:
-                object.__setattr__(self, "mouth", tuple(map(float, self.mouth)))
-        except OverflowError as error:
-            raise ParameterError("a length is too large for a number", "give it in mm") from error
-        object.__setattr__(self, "worn", bool(self.worn))
+            given = getattr(self, one.name)
+            object.__setattr__(
+                self, one.name, one.default if given is None else kept(one.name, given)
+            )
 
     @property
     def from_landmarks(self) -> bool:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import cv2
@@ -338,3 +341,12 @@ def test_every_kind_says_what_it_takes():
     from abs_engine.cli.commands.render import KINDS
 
     assert set(KINDS) == set(CHOICES)
+
+
+def test_a_file_whose_name_is_no_text_is_named(tmp_path):
+    name = os.fsencode(tmp_path) + b"/\xff.png"
+    words = ["render", "--size", "48", "56", "--renderer", "cpu", "-o", name]
+    run = subprocess.run([sys.executable, "-m", "abs_engine", *words], capture_output=True)
+    assert run.returncode == 0, run.stderr
+    assert rb"\udcff.png" in run.stdout
+    assert os.path.exists(name)

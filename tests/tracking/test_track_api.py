@@ -113,6 +113,8 @@ def test_numbers_of_numpy_are_written_as_python_s_own():
     kinds = [type(v) for v in (options.pupil_distance, options.face, options.worn)]
     assert kinds == [float, int, bool]
     assert json.loads(json.dumps(options.mouth)) == [95, 150, 60, 40]
+    with pytest.raises(ParameterError, match="pupil_distance is too large"):
+        TrackOptions(pupil_distance=10**400)
 
 
 @pytest.mark.parametrize(

@@ -71,7 +71,6 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
         f"{len(jobs) - len(failed)} of {len(jobs)} clips done; wrote {table}; look at each clip's "
         f"{SHEET}",
     ]
-    lines = [line.encode(errors="backslashreplace").decode() for line in lines]  # names of files
     facts = {
         "output": chosen.output,
         "table": table,
