@@ -103,6 +103,8 @@ class FaceFollower:
     choice : FaceChoice
     known : sequence of Landmarks or None
         What it found in the first frames, when they were looked at before.
+    faces : sequence of Face
+        All that the first frame with a face showed then.
 
     Attributes
     ----------
@@ -116,7 +118,12 @@ class FaceFollower:
         All frames that did, counted from 0.
     """
 
-    def __init__(self, choice: FaceChoice, known: Sequence[Landmarks | None] = ()) -> None:
+    def __init__(
+        self,
+        choice: FaceChoice,
+        known: Sequence[Landmarks | None] = (),
+        faces: Sequence[Face] = (),
+    ) -> None:
         self._choice, self._known = choice, known
         self._last: Landmarks | None = None
         self._lost = self._count = self._steady = 0
@@ -124,7 +131,7 @@ class FaceFollower:
         self._shots = ShotCuts()
         self.cuts: list[int] = []
         self.found: list[Landmarks | None] = []
-        self.faces: list[Face] = []
+        self.faces: list[Face] = [*faces]
 
     def step(self, image: Image) -> Landmarks | None:
         """The landmarks in the next frame (H, W, 3) RGB; None where the face is not seen."""

@@ -34,6 +34,10 @@ class Equations(NamedTuple):
         """Sum of both."""
         return Equations(self.information + other.information, self.gradient + other.gradient)
 
+    def after(self, step: FloatArray) -> Equations:
+        """The equations after a step (D,), as far as they are linear."""
+        return Equations(self.information, self.gradient + self.information @ step)
+
     def step(self) -> FloatArray:
         """Gauss-Newton's step (D,)."""
         return -np.asarray(np.linalg.solve(self.information, self.gradient), np.float64)

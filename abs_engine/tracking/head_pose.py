@@ -69,13 +69,16 @@ class TexturedHead:
         view = HeadView(gray, pose, vertices, nearest.normals)
         matches = match(self.body, nearest, view, self.camera, self.renderer)
         points = np.zeros((0, 3)) if matches is None else matches.of(vertices)
+        # Once is enough: the texture hardly moves the head, and landmarks cost more than it
+        own, moved_by = self._landmarks(seen, pose, posture), np.zeros(6 + len(posture))
         for _ in range(HEAD_POSE.frame_steps):
-            system = self._landmarks(seen, pose, posture)
+            system = own.after(moved_by)
             if matches is not None:
                 moved = np.tensordot(posture - start.posture, matches.posture, 1)
                 system = system.plus(self._texture(matches, nearest, pose, points + moved))
             step = system.step()
             pose, posture = turned(self.shape, pose, step[:6]), posture + step[6:]
+            moved_by = moved_by + step
             if np.abs(step[:3]).max() < HEAD_POSE.frame_settled:
                 break
         if self.shift is not None:

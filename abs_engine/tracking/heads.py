@@ -29,6 +29,7 @@ from abs_engine.tracking.cut_faces import shows_eyes
 from abs_engine.tracking.expected_person import anybody
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size
+from abs_engine.tracking.first_look import follower_of
 from abs_engine.tracking.frame_choice import candidate_frames, spread_over
 from abs_engine.tracking.given_head import GivenHead
 from abs_engine.tracking.head_fit import AverageHead
@@ -199,7 +200,7 @@ def by_landmarks(
     expression = None
     if options.physics is not None:
         expression = physics_expression(made_with, speaker.vertices, options.physics)
-    follower = FaceFollower(choice)
+    follower = follower_of(clip.video, choice)
     with meanwhile(_average, speaker, correspondence, scale, expression, known) as average:
         numbered = candidate_frames(_numbered(clip, follower), str(clip.video))
     seen = [(image, marks) for image, (_, marks) in numbered]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from abs_engine.tracking.frame_state import SeenFace
 from abs_engine.tracking.head_pose import TexturedHead, placed_fit
 from abs_engine.tracking.identity_fit import Calibration, person_problem
 from abs_engine.tracking.landmark_correspondence import Correspondence
-from abs_engine.tracking.landmark_fit import FrameLandmarks
+from abs_engine.tracking.landmark_fit import FrameLandmarks, fit_frame
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import LIPS, Landmarks
 from abs_engine.tracking.light import SkinLight
@@ -69,11 +69,21 @@ class PlacedHead:
     light: SkinLight | None = None
     grey_below: float = 0.0
 
-    def frames(
-        self, shape: LandmarkShape, seen: Sequence[tuple[Image, Landmarks]]
-    ) -> list[PlacedFrame]:
-        """The frames with the head placed by a person's landmarks as they are known so far."""
-        return placed_frames(self.textured, shape, seen, self.light, self.grey_below)
+    def frames(self, seen: Sequence[tuple[Image, Landmarks]]) -> list[PlacedFrame]:
+        """The frames with the head placed by the person's landmarks and texture."""
+        return placed_frames(self.textured, self.shape, seen, self.light, self.grey_below)
+
+    def again(self, frame: PlacedFrame, shape: LandmarkShape, shift: FloatArray) -> PlacedFrame:
+        """One of the `frames`, once more is known of the person's landmarks, and of all poses.
+
+        The texture lies where it lay, so that it is not looked for again.
+        """
+        fit, seen = frame.face.fit, frame.face.landmarks
+        held = fit.held
+        if held is not None:
+            held = replace(held, pose=shifted(held.pose, shift, shape.pivot))
+        found = fit_frame(shape, seen, self.camera, fit, held)
+        return replace(frame, face=SeenFace(seen, found)) if found.sound(shape) else frame
 
     @cached_property
     def lips(self) -> LipLandmarks:
@@ -152,8 +162,9 @@ def calibrate_placed(
         If the mouth lies outside of the picture in all of them.
     """
     person, shape, shift = np.zeros(head.model.n_person), head.shape, no_correction()
+    threads = workers(head.renderer)
+    first = placed = head.frames(seen)
     for blur in LANDMARK_EVIDENCE.place_rounds:
-        placed = head.frames(shape, seen)
         learned = placed if known is not None else [frame for frame in placed if not frame.grey]
         if not learned:
             raise FaceNotFoundError(
@@ -161,8 +172,9 @@ def calibrate_placed(
             )
         found = _round(head, placed, person, blur, known, chromatic)
         person, shape, shift = found.person, head.known(placed, found), shift + found.shift
-        head = replace(head, textured=replace(head.textured, shift=shift))
-    coloured = [frame for frame in head.frames(shape, seen) if not frame.grey]
+        moved = partial(head.again, shape=shape, shift=shift)
+        placed = in_threads(moved, first, threads)
+    coloured = [frame for frame in placed if not frame.grey]
     agreement = _agreement(head, coloured, found)
     exposure = Exposure.of([(image, marks.pixels) for image, marks in seen])
     classes = replace(found.classes, agreement=agreement, exposure=exposure)

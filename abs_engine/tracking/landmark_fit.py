@@ -30,6 +30,21 @@ _DAMPING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
+class HeldPose:
+    """A pose that other evidence tells.
+
+    Parameters
+    ----------
+    pose : Pose
+    information : (6, 6) float64
+        About rotation (camera axes, about the pivot; rad) and the pivot's place (mm).
+    """
+
+    pose: Pose
+    information: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class FrameLandmarks:
     """Evidence of the landmarks of one frame.
 
@@ -46,6 +61,8 @@ class FrameLandmarks:
         Of the landmarks' -log likelihood there (the priors' pull balances it).
     misfit : float
         RMS distance of the landmarks from where the fit puts them, in their standard deviations.
+    held : HeldPose or None
+        Where other evidence held the pose.
     """
 
     pose: Pose
@@ -53,6 +70,7 @@ class FrameLandmarks:
     information: FloatArray
     gradient: FloatArray
     misfit: float
+    held: HeldPose | None = None
 
     def sound(self, shape: LandmarkShape) -> bool:
         """Whether the landmarks are a face's that lies before the camera."""
@@ -91,21 +109,6 @@ class FrameLandmarks:
         held = information + _DAMPING * np.diag(np.diag(information)) + 1e-9 * np.eye(len(kept))
         start = at_base(self.posture[:modes])
         return InformationPrior(start - np.linalg.solve(held, gradient), information)
-
-
-@dataclass(frozen=True, eq=False)
-class HeldPose:
-    """A pose that other evidence tells.
-
-    Parameters
-    ----------
-    pose : Pose
-    information : (6, 6) float64
-        About rotation (camera axes, about the pivot; rad) and the pivot's place (mm).
-    """
-
-    pose: Pose
-    information: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +174,7 @@ def fit_frame(
     information, gradient = found.information, found.gradient + found.information @ step
     if held is not None:
         information[:6, :6] += held.information
-    return FrameLandmarks(pose, posture, information, gradient, found.misfit)
+    return FrameLandmarks(pose, posture, information, gradient, found.misfit, held)
 
 
 def _step(found: _Normal, posture: FloatArray, held: bool) -> FloatArray:

@@ -17,7 +17,7 @@ from PIL import Image, ImageCms, ImageOps
 from runs import drift, turned, write_kind
 
 from abs_engine.io.video import probe, read_frames
-from abs_engine.io.video.shown import Turn, shown, shown_size
+from abs_engine.io.video.shown import Pictures, Turn, shown_size
 from abs_engine.tracking.footage import footage_lines
 
 SIZE = (96, 80)
@@ -75,9 +75,22 @@ def test_pixels_are_square(tmp_path, aspect, size):
 def test_pixels_are_stretched_before_the_picture_is_turned(aspect, size):
     coded = cv2.GaussianBlur(drift(1)[0], (0, 0), 2)
     turn = turn_by(0, -1, 1, 0)  # a quarter turn counter-clockwise
-    frame = SimpleNamespace(height=80, width=96, to_ndarray=lambda format: coded)
+    frame = av.VideoFrame.from_ndarray(coded, format="rgb24")
     assert shown_size(frame, aspect, turn) == size
-    np.testing.assert_array_equal(shown(frame, aspect, turn), np.rot90(cv2.resize(coded, size)))
+    found = Pictures().shown(frame, aspect, turn)
+    np.testing.assert_array_equal(found, np.rot90(cv2.resize(coded, size)))
+
+
+def test_one_converter_does_for_all_kinds_of_frames():
+    """As a converter of its own for each, and leaves what it made before as it was."""
+    kinds = ("yuv420p", "yuv444p10le", "rgb24", "gray", "nv12", "yuv420p")
+    coded = [av.VideoFrame.from_ndarray(p, format="rgb24") for p in drift(len(kinds))]
+    frames = [frame.reformat(format=kind) for frame, kind in zip(coded, kinds, strict=True)]
+    frames.append(frames[0].reformat(width=64, height=48))
+    pictures = Pictures()
+    found = [pictures.shown(frame, 1.0, Turn()) for frame in frames]
+    for frame, picture in zip(frames, found, strict=True):
+        np.testing.assert_array_equal(picture, frame.to_ndarray(format="rgb24"))
 
 
 def test_stretched_pictures_have_even_sides():

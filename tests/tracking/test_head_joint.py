@@ -369,6 +369,14 @@ def test_a_known_head_is_placed_in_a_frame_that_it_was_not_fitted_on():
     assert np.degrees(alone) < 1.5
 
 
+def test_linear_equations_after_a_step():
+    information = np.array([[3.0, 1.0], [1.0, 2.0]])
+    equations = Equations(information, np.array([0.5, -1.0]))
+    step = np.array([0.2, 0.1])
+    rest = equations.after(step).step()
+    np.testing.assert_allclose(step + rest, equations.step(), rtol=1e-12)
+
+
 def test_a_constant_correction_is_added_to_every_pose():
     found = fitted()
     shift = np.array([0, 0, 0, 2.0, 0, 0])

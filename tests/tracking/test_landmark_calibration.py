@@ -24,9 +24,10 @@ from abs_engine.core.pose import PoseFrame
 from abs_engine.face.head import build_mouth_model
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.head_fit import AverageHead, seen_in
-from abs_engine.tracking.head_pose import placed_fit
+from abs_engine.tracking.head_pose import TexturedHead, placed_fit
 from abs_engine.tracking.landmark_calibration import PlacedHead, calibrate_placed, following
 from abs_engine.tracking.landmark_fit import fit_frame
+from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.scale import pupil_distance, pupil_scale
 from abs_engine.tracking.settings.preparation import PREPARATION
 
@@ -115,6 +116,34 @@ def test_the_lips_are_left_where_they_are_in_the_picture(k):
     pose = fit.pose
     vertices = model.held(found.person).vertices(vector[6:])
     assert apart(k, PoseFrame(pose, model.pivot).pose(vector[:6]), vertices) < 2.5
+
+
+def test_the_texture_is_looked_for_once_in_each_frame(monkeypatch):
+    looked, pose = [], TexturedHead.pose
+    monkeypatch.setattr(
+        TexturedHead, "pose", lambda self, *given: looked.append(1) or pose(self, *given)
+    )
+    found, _ = calibrate_placed(placed(), clip())
+    assert len(looked) == len(clip())
+    np.testing.assert_array_equal(found.shift, calibrated()[0].shift)
+
+
+def test_frames_are_placed_again_as_they_would_be_anew():
+    head, shift = placed(), np.array([0.004, -0.006, 0.003, 2.0, 0.0, 0.0])
+    first = head.frames(clip())
+    again = [head.again(frame, head.shape, shift) for frame in first]
+    corrected = replace(head, textured=replace(head.textured, shift=shift))
+    pivot = head.shape.pivot
+    for before, after, anew in zip(first, again, corrected.frames(clip()), strict=True):
+        expected = shifted(before.pose, shift, pivot)
+        assert np.degrees(after.pose.angle_to(expected)) < 1e-4
+        np.testing.assert_allclose(after.pose.apply(pivot), expected.apply(pivot), atol=1e-9)
+        assert np.degrees(after.pose.angle_to(anew.pose)) < 0.6
+        off = after.pose.apply(pivot) - anew.pose.apply(pivot)
+        assert np.abs(off[:2]).max() < 0.5
+        assert np.abs(off[2]) < 2.0  # depth is what pictures say least of
+        other = anew.face.fit.posture
+        np.testing.assert_allclose(after.face.fit.posture, other, atol=0.2)
 
 
 def test_colours_are_those_that_were_painted():

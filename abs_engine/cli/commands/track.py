@@ -19,6 +19,7 @@ from abs_engine.core.words import joined
 from abs_engine.io.unfinished import check_output
 
 if TYPE_CHECKING:
+    from abs_engine.io.video import VideoInfo
     from abs_engine.optimise.drivers import Need
     from abs_engine.tracking.options import TrackOptions
 
@@ -143,10 +144,19 @@ def track(chosen: Chosen) -> Done:
 
     from abs_engine.core.threads import begin
     from abs_engine.tracking import beforehand
+    from abs_engine.tracking.face_choice import FaceChoice
+    from abs_engine.tracking.first_look import first_look
 
     usual = chosen.model is None and chosen.preset is None and chosen.start != "blobs"
-    unknown = usual and not (chosen.person or chosen.speaker or chosen.worn)
-    begin(beforehand.load, chosen.pupil_distance, unknown)
+    usual &= not chosen.worn
+    begin(beforehand.load, chosen.pupil_distance, usual and not (chosen.person or chosen.speaker))
+    if not usual or chosen.poses is not None:
+        return _tracked(chosen, info)
+    with first_look(video, FaceChoice.asked(chosen.face, chosen.mouth)):
+        return _tracked(chosen, info)
+
+
+def _tracked(chosen: Chosen, info: VideoInfo) -> Done:
     from abs_engine.tracking.option_checks import check_options
     from abs_engine.tracking.output import OVERLAY, SHEET
     from abs_engine.tracking.run import track_video
@@ -158,7 +168,7 @@ def track(chosen: Chosen) -> Done:
     with opened(chosen.renderer) as renderer, Progress("tracking") as progress:
         print_hints(renderer)
         run = track_video(
-            video,
+            chosen.videos[0],
             chosen.output,
             renderer,
             options,

@@ -53,12 +53,21 @@ def chroma_spread(image: NDArray[np.uint8], outline: FloatArray) -> float | None
         return None
     seen = _BY_CHROMA @ cells[kept].astype(np.float64).T
     blue, red, luminance = seen
-    groups = np.array_split(np.argsort(luminance, kind="stable"), COLOURS.luminance_levels)
-    # all at once, as NumPy takes long to begin a median
-    of_blue, of_red, at = np.transpose([np.median(seen[:, g], axis=1) for g in groups])
+    of_blue, of_red, at = _medians(seen[:, np.argsort(luminance, kind="stable")])
     away = [blue - np.interp(luminance, at, of_blue), red - np.interp(luminance, at, of_red)]
     dim = np.clip(float(np.median(luminance)) / COLOURS.light_face, COLOURS.most_dim, 1.0)
     return float(np.sqrt(np.square(away).sum(axis=0).mean()) / dim)
+
+
+def _medians(values: FloatArray) -> FloatArray:
+    """Medians of values (3, N) in groups of one after another, (3, G), as even as can be.
+
+    Those of one size are made at once, as NumPy takes long to begin a median.
+    """
+    least, more = divmod(values.shape[1], COLOURS.luminance_levels)
+    larger = values[:, : more * (least + 1)].reshape(3, more, least + 1)
+    others = values[:, more * (least + 1) :].reshape(3, -1, least)
+    return np.concatenate([np.median(part, axis=2) for part in (larger, others)], axis=1)
 
 
 def grey_below(faces: Sequence[tuple[NDArray[np.uint8], FloatArray]]) -> float:

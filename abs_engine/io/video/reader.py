@@ -12,7 +12,7 @@ import av.error
 
 from abs_engine.core.errors import VideoError
 from abs_engine.io.video.ending import Ending, broken_off
-from abs_engine.io.video.shown import Harmless, Turn, pixel_aspect, shown, shown_size
+from abs_engine.io.video.shown import Harmless, Pictures, Turn, pixel_aspect, shown_size
 from abs_engine.io.video.source import moving_streams, open_video, picture_stream
 from abs_engine.io.video.writer import Frame
 
@@ -107,7 +107,7 @@ def read_frames(path: Path) -> Iterator[Frame]:
         If it is not a video, holds no frame, changes its size, or breaks off; the message tells
         after how many frames.
     """
-    size, harmless = None, Harmless()
+    size, harmless, pictures = None, Harmless(), Pictures()
     for count, (frame, aspect) in enumerate(_decoded(path)):
         turn = Turn.of(frame, harmless)
         size = size or shown_size(frame, aspect, turn)
@@ -115,7 +115,7 @@ def read_frames(path: Path) -> Iterator[Frame]:
             raise VideoError(
                 f"{path} changes its size after {count} frames", "export it at one size"
             )
-        yield shown(frame, aspect, turn)
+        yield pictures.shown(frame, aspect, turn)
 
 
 def _decoded(path: Path) -> Iterator[tuple[av.VideoFrame, float]]:
