@@ -122,7 +122,7 @@ def placed_fit(
     last : FrameLandmarks, optional
         The frame before.
     """
-    first = sound_fit(shape, landmarks, textured.camera, last)
+    first = sound_fit(shape, landmarks, textured.camera, last, HEAD_POSE.start_settled)
     if first is None:
         return None
     with one_thread():

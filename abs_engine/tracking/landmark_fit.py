@@ -138,6 +138,7 @@ def fit_frame(
     start: FrameLandmarks | None = None,
     held: HeldPose | None = None,
     trust: FloatArray | None = None,
+    settled: float = HEAD_POSE.frame_settled,
 ) -> FrameLandmarks:
     """Pose and posture of a known person by the landmarks of a frame.
 
@@ -154,6 +155,8 @@ def fit_frame(
         of the result's information.
     trust : (468,) float64, optional
         Weight of each landmark, 0 to 1; by default all are trusted.
+    settled : float, rad and standard deviations
+        A step by less ends it.
     """
     with one_thread():
         seen = SeenRays.of(landmarks, camera, trust)
@@ -166,7 +169,7 @@ def fit_frame(
             found = _normal(shape, seen, openings, pose, posture)
             step = _step(found, posture, held is not None)
             pose, posture = turned(shape, pose, step[:6]), posture + step[6:]
-            if np.abs(np.r_[step[:3], step[6:]]).max() < HEAD_POSE.frame_settled:
+            if np.abs(np.r_[step[:3], step[6:]]).max() < settled:
                 break
         else:
             found, step = _normal(shape, seen, openings, pose, posture), np.zeros_like(step)
@@ -188,12 +191,16 @@ def _step(found: _Normal, posture: FloatArray, held: bool) -> FloatArray:
 
 
 def sound_fit(
-    shape: LandmarkShape, landmarks: Landmarks, camera: Camera, last: FrameLandmarks | None
+    shape: LandmarkShape,
+    landmarks: Landmarks,
+    camera: Camera,
+    last: FrameLandmarks | None,
+    settled: float = HEAD_POSE.frame_settled,
 ) -> FrameLandmarks | None:
     """`fit_frame` from the frame before, or afresh if that leads astray; None where both do."""
     for start in [None] if last is None else [last, None]:
         try:
-            found = fit_frame(shape, landmarks, camera, start)
+            found = fit_frame(shape, landmarks, camera, start, settled=settled)
         except np.linalg.LinAlgError:
             continue
         if found.sound(shape):
