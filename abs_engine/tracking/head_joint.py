@@ -31,9 +31,11 @@ def fit_jointly(
     problem: HeadProblem,
     frames: Sequence[HeadFrameSeen],
     renderer: Renderer,
-    rounds: int = HEAD_POSE.rounds,
+    rounds: int | None = None,
 ) -> JointHead:
-    """The most probable head; with no `rounds` its texture is not looked at."""
+    """The most probable head; with 0 `rounds` its texture is not looked at."""
+    if rounds is None:
+        rounds = HEAD_POSE.known_rounds if problem.known else HEAD_POSE.rounds
     k, q, m = problem.sizes
     seen = [SeenRays.of(f.landmarks, problem.camera) for f in frames]
     poses = tuple(looking_ahead(problem.shape, s) for s in seen)
