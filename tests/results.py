@@ -134,6 +134,7 @@ def arkit_rows(truth: Truth) -> tuple[list, list]:
     heading = ["Timecode", "BlendShapeCount", *(n[0].upper() + n[1:] for n in truth.unit_names)]
     heading += ["HeadYaw", "HeadPitch", "HeadRoll"]
     head = Rotation.from_matrix(FACING.T @ rotations(truth.rotations)).as_euler("YXZ")
+    head *= [-1, 1, -1]  # Unreal's axes are left-handed
     rows = [
         [f"01:02:{t // 25:02d}:{t % 25:02d}.000", 61, *truth.unit_weights[t].tolist(), *head[t]]
         for t in range(len(truth))

@@ -2,8 +2,8 @@
 
 A line for each frame: the 52 weights under ARKit's names (``JawOpen`` or ``jawOpen``), and perhaps
 ``Timecode`` (hours:minutes:seconds:frames) and ``HeadYaw``,
-``HeadPitch``, ``HeadRoll``, radians: R = Ry(yaw) Rx(pitch) Rz(roll) in axes of the head frame's
-sense. The vertices are those of the filmed person with the weights on the bundled head's units.
+``HeadPitch``, ``HeadRoll``, radians, see `head_angles`. The vertices are those of the filmed person
+with the weights on the bundled head's units.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.dataset.head_angles import rotation_by
 from abs_engine.dataset.timecode import seconds_since_first
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.estimate import Areas, Estimate, PointTrack
@@ -130,5 +130,5 @@ def _rotations(angles: FloatArray) -> FloatArray:
     """Rotation vectors (T, 3) of yaw, pitch and roll, (T, 3)."""
     vectors = np.full(angles.shape, np.nan)
     known = np.isfinite(angles).all(axis=1)
-    vectors[known] = Rotation.from_euler("YXZ", angles[known]).as_rotvec()
+    vectors[known] = rotation_by(angles[known]).as_rotvec()
     return vectors

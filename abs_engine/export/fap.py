@@ -13,10 +13,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from abs_engine.core.arrays import FloatArray
+from abs_engine.core.geometry import FACING
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun
-from abs_engine.export.live_link import head_angles
 from abs_engine.export.reading import compared
 
 _NOSE, _CHIN, _CORNERS, _MIDDLE = 33, 8, (48, 54), 62  # 9.15, 2.10, 8.4 and 8.3, 2.2
@@ -72,9 +73,18 @@ def parameters(run: TrackedRun) -> dict[int, FloatArray]:
     out = {k: s * moved[:, p, a] / units[u] for k, (u, p, a, s) in LIPS.items()}
     if "jaw_opening" in run.arrays:
         out[_OPEN_JAW] = run.arrays["jaw_opening"] / units["MNS"]
-    yaw, pitch, roll = head_angles(run).T
+    yaw, pitch, roll = _angles(run).T
     out |= dict(zip(_HEAD, (pitch / _AU, yaw / _AU, roll / _AU), strict=True))
     return {k: np.where(run.shown, values, np.nan) for k, values in sorted(out.items())}
+
+
+def _angles(run: TrackedRun) -> FloatArray:
+    """Yaw, pitch and roll of the head, (T, 3) radians: R = Ry(yaw) Rx(pitch) Rz(roll)."""
+    out = np.full((len(run), 3), np.nan)
+    for frame in run.frames:
+        turned = Rotation.from_matrix(FACING.T @ run.pose(frame).rotation)
+        out[frame] = turned.as_euler("YXZ")
+    return out
 
 
 def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:

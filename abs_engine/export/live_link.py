@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import FACING, Pose
+from abs_engine.dataset.head_angles import live_link_angles
 from abs_engine.dataset.timecode import base_below, seconds_since_first, timecodes
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun
 from abs_engine.export.face_units import unit_loss, unit_weights
@@ -58,14 +59,14 @@ def _in_files(units: Sequence[str]) -> list[int]:
 def live_link_rows(run: TrackedRun) -> FloatArray:
     """The 61 numbers of each frame, (T, 61): weights, then radians; NaN in lost frames."""
     weights = unit_weights(run)[:, _in_files(run.speaker.unit_names)]
-    return np.hstack([weights, head_angles(run), np.where(run.shown, 0.0, np.nan)[:, None] * _SIX])
+    return np.hstack([weights, _angles(run), np.where(run.shown, 0.0, np.nan)[:, None] * _SIX])
 
 
 _SIX = np.ones((1, len(EYES)))
 
 
-def head_angles(run: TrackedRun) -> FloatArray:
-    """Yaw, pitch and roll of the head, (T, 3) radians: R = Ry(yaw) Rx(pitch) Rz(roll)."""
+def _angles(run: TrackedRun) -> FloatArray:
+    """Yaw, pitch and roll of the head in each frame, (T, 3) radians; see `angles_of`."""
     out = np.full((len(run), 3), np.nan)
     for frame in run.frames:
         out[frame] = angles_of(run.pose(frame))
@@ -73,9 +74,8 @@ def head_angles(run: TrackedRun) -> FloatArray:
 
 
 def angles_of(pose: Pose) -> FloatArray:
-    """Yaw, pitch and roll of a head to the camera, (3,) radians: R = Ry(yaw) Rx(pitch) Rz(roll)."""
-    turned = Rotation.from_matrix(FACING.T @ pose.rotation)
-    return np.asarray(turned.as_euler("YXZ"), np.float64)
+    """Yaw, pitch and roll of a head to the camera, (3,) radians, as the app has them."""
+    return live_link_angles(Rotation.from_matrix(FACING.T @ pose.rotation))
 
 
 def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
@@ -99,7 +99,7 @@ def _read_back(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
     return (
         compared(seconds, time - time[0], "s", "times"),
         *unit_loss(run, weights),
-        compared(angles, np.rad2deg(head_angles(run)), "degrees", "head angles"),
+        compared(angles, np.rad2deg(_angles(run)), "degrees", "head angles"),
     )
 
 

@@ -97,8 +97,8 @@ def track(
 def _run(tracker: ClipTracker, chosen: TrackOptions, progress: Progress | None) -> Run:
     recorder, frames = Recorder(tracker.setting), tracker.info.frames
     with closed_after(tracker.results()) as results:
-        for _, result in results:
-            recorder.add(result)
+        for image, result in results:
+            recorder.add(result, image)
             if progress is not None:
                 progress(len(recorder), max(frames, len(recorder)) if frames else 0)
     return _of(recorder.record(), tracker, chosen)

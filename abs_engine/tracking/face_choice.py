@@ -69,6 +69,12 @@ class FaceChoice:
         return seen[number - 1][1], [f for f, _ in seen]
 
 
+def all_landmarks(image: Image) -> list[Landmarks]:
+    """The landmarks of each face in a picture (H, W, 3) RGB, the largest face first."""
+    found = (_believed(landmarks_of(image, face)) for face in by_size(faces_any_way_up(image)))
+    return [one for one in found if one is not None]
+
+
 LARGEST = FaceChoice()
 """The face that is followed where a user chooses none."""
 

@@ -106,7 +106,7 @@ def write_run(
     start, busy = time.perf_counter(), time.process_time()
     with closed_after(results), Overlay(folder / OVERLAY, setting, sheet.add) as overlay:
         for image, result in results:
-            recorder.add(result)
+            recorder.add(result, image)
             overlay.add(image, result)
             head.add(image, result)
             if progress is not None:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import WIDEST_SIDE, Camera
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.kinds import to_path
@@ -38,6 +38,7 @@ from abs_engine.tracking.frame_rows import (
     FrameRows,
 )
 from abs_engine.tracking.measures import NAMES, Closure, closure_arrays, closures, velocities
+from abs_engine.tracking.mouth_check import MouthCheck
 from abs_engine.tracking.run_mesh import RunMesh, load_mesh_of
 from abs_engine.tracking.run_summary import summary
 from abs_engine.tracking.run_table import closed_frames, closure_table, table_of, written
@@ -171,14 +172,18 @@ class Recorder:
 
     def __init__(self, setting: ClipSetting, folder: Path | None = None) -> None:
         self._setting, self._rows = setting, FrameRows(setting.face, folder)
+        self._mouth = MouthCheck(setting)
         self._made = made_by()  # before the first frame: the code may change meanwhile
 
     def __len__(self) -> int:
         """Return the number of frames so far."""
         return len(self._rows)
 
-    def add(self, result: FrameResult) -> None:
+    def add(self, result: FrameResult, image: Image | None = None) -> None:
         """Append the next frame, without the end of its search, which no run holds.
+
+        With its picture (H, W, 3) RGB, some frames of a head that landmarks did not place are
+        looked at again, see `MouthCheck`.
 
         Raises
         ------
@@ -186,6 +191,8 @@ class Recorder:
             If it cannot be kept.
         """
         self._rows.add(result)
+        if image is not None:
+            self._mouth.add(image, result)
 
     def record(self) -> Record:
         """All frames so far; what is of a frame by itself lies where its rows do."""
@@ -194,7 +201,7 @@ class Recorder:
         arrays = self._arrays(rows, time, found)
         weights = parted(rows["parameters"])[1].copy()
         mesh = RunMesh(body.mean, body.modes, weights, body.faces, body.rest)
-        counts = summary(arrays, self._setting)
+        counts = summary(arrays, self._setting, self._mouth.warnings())
         return Record(arrays, rows["points"], mesh, found, counts, self._made)
 
     def _arrays(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -33,7 +33,9 @@ def _with_gaps(index: NDArray[np.int_]) -> bool:
     return not np.array_equal(index, np.arange(len(index)))
 
 
-def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[str, Any]:
+def summary(
+    arrays: Mapping[str, NDArray[Any]], setting: ClipSetting, elsewhere: Sequence[str] = ()
+) -> dict[str, Any]:
     """Counts of frames; mean evaluations and score of the tracked. Covered ones are lost.
 
     Parameters
@@ -41,6 +43,8 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
     arrays : mapping of str to (T, ...)
         As ``results.npz`` has them.
     setting : ClipSetting
+    elsewhere : sequence of str
+        Warnings that the mouth lies beside the face's.
     """
     face = setting.face
     found, cuts = arrays["found"], arrays["index"][arrays["cut"]].tolist()
@@ -56,7 +60,7 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
     shut = all_closed(arrays["closed"][found], arrays["time"][found])
     partly = without_colour(arrays["status"])
     timed = [] if _with_gaps(arrays["index"]) else untimed(len(found), len(setting.times))
-    doubted = [*lost, *little, *shut, *partly, *landmarks.get("warnings", ())]
+    doubted = [*lost, *little, *elsewhere, *shut, *partly, *landmarks.get("warnings", ())]
     hints = [setting.hint] if doubted and setting.hint else []
     warnings = [*setting.warnings, *timed, *shots, *small, *near, *doubted, *hints]
     work = arrays["evaluations"][found]

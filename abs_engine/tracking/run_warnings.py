@@ -61,6 +61,10 @@ OTHER_TALKER = (
     "the talking face explains only {:.0%} of the picture: if it is another person's, or was "
     "learned in other light, track without --model and --preset"
 )
+ELSEWHERE = (
+    "in {} of {} looked at, the drawn mouth does not lie where a landmark network sees it: look at "
+    "the overlay; without --preset, --model and --start, landmarks place the head"
+)
 SMALL_MOUTH = (
     "the mouth is only {} wide in the picture: below {:.0f} its openings are hardly followed; give "
     "the video at its full size, or film from nearer"
@@ -139,6 +143,13 @@ def little_explained(source: str, score: float | None) -> list[str]:
     if talking and score < FRAME_LOOP.least_talking_score:
         return [OTHER_TALKER.format(score)]
     return []
+
+
+def mouth_elsewhere(elsewhere: int, looked_at: int) -> list[str]:
+    """Warning that the drawn mouth lies beside the face's in most of some frames, if it does."""
+    if elsewhere <= FRAME_LOOP.most_elsewhere * looked_at:
+        return []
+    return [ELSEWHERE.format(elsewhere, counted(looked_at, "frame"))]
 
 
 def all_closed(closed: NDArray[np.bool_], time: NDArray[np.float64]) -> list[str]:

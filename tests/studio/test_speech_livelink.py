@@ -34,7 +34,7 @@ def test_samples_are_joined_by_straight_lines(tmp_path):
     speech = play_recording(recording, UNITS, 20.0)
     np.testing.assert_allclose(speech.weights[:, 0], [0.2, 0.3, 0.4, 0.65, 0.9, 1, 1], atol=1e-6)
     np.testing.assert_allclose(speech.weights[:, 1], [0, 0.2, 0.4, 0.3, 0.2, 0.1, 0], atol=1e-6)
-    np.testing.assert_allclose(speech.head[[1, 6]], [[0, 0.05, 0], [0, 0.1, 0]], atol=1e-6)
+    np.testing.assert_allclose(speech.head[[1, 6]], [[0, -0.05, 0], [0, -0.1, 0]], atol=1e-6)
     assert len(speech) == 7
     assert set(speech.phonemes) == {"_"}
 
@@ -67,7 +67,7 @@ def test_yaw_turns_first_then_pitch_then_roll(tmp_path):
         turn[[i, i, j, j], [i, j, i, j]] = c, -s, s, c
         return turn
 
-    expected = about(1, 0.5) @ about(0, 0.3) @ about(2, 0.2)
+    expected = about(1, -0.5) @ about(0, 0.3) @ about(2, -0.2)
     angle = np.arccos((np.trace(expected) - 1) / 2)
     skew = (expected - expected.T) / (2 * np.sin(angle)) * angle
     np.testing.assert_allclose(head, [skew[2, 1], skew[0, 2], skew[1, 0]], atol=1e-12)

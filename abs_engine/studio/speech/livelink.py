@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.dataset.head_angles import rotation_by
 from abs_engine.dataset.timecode import seconds_since_first
 from abs_engine.io.inputs import check_file, to_number
 from abs_engine.studio.speech.articulate import Speech, check_rate
@@ -91,8 +91,7 @@ def play_recording(recording: Recording, unit_names: tuple[str, ...], rate: floa
     Returns
     -------
     Speech
-        Its `head` is the rotation ``R_y(yaw) R_x(pitch) R_z(roll)`` about the head frame's axes,
-        which point as ARKit's do.
+        Its `head` is the rotation about the head frame's axes, see `head_angles`.
 
     Raises
     ------
@@ -117,7 +116,7 @@ def play_recording(recording: Recording, unit_names: tuple[str, ...], rate: floa
     weights = np.stack([np.interp(times, recording.times, c) for c in picked.T], axis=1)
     angles = np.unwrap(recording.head, axis=0)
     turned = np.stack([np.interp(times, recording.times, c) for c in angles.T], axis=1)
-    head = Rotation.from_euler("YXZ", turned).as_rotvec()
+    head = rotation_by(turned).as_rotvec()
     labels = ("_",) * len(times)
     return Speech(np.clip(weights, 0.0, 1.0), labels, (), rate, np.asarray(head, np.float64))
 

@@ -112,6 +112,21 @@ class FrameSettings:
         Held to the landmarks, above which a run warns. Not measured.
     most_lost : float, share of the frames
         Lost, above which a run warns. Not measured.
+    mouth_away : float, heights of the face
+        Between the middles of the drawn mouth and of the one that the landmark network sees, above
+        which it lies elsewhere. Chosen with `mouth_sizes` on runs of p01 to p08 of the strangers
+        with `--start blobs`, and of p02 and p05 with another person's talking face, all looked at:
+        0.03 at most of mouths that are right, 0.04 to 0.07 of those of others.
+    mouth_sizes : tuple of float
+        Size of the drawn mouth over that of the one that is seen, below and above which it is
+        another: 0.83 to 1.11 of mouths that are right, 0.6 to 0.86 and 1.5 to 1.8 of two that are
+        not.
+    look_apart : float, s
+        From one frame that is looked at for these to the next. Not measured.
+    looks : int, frames
+        After which they lie twice as far apart. Not measured.
+    most_elsewhere : float, share of the frames looked at
+        Above which a run warns. Not measured.
     most_speaker_misfit : float, standard deviations
         Of landmarks from the head of a speaker's face, above which a run warns: median of frames in
         the first second. Chosen with two faces, each of three clips of GRID's s1: in 40 clips of s1
@@ -181,6 +196,11 @@ class FrameSettings:
     most_face: float = 1.15
     most_held: float = 0.1
     most_lost: float = 0.5
+    mouth_away: float = 0.04
+    mouth_sizes: tuple[float, float] = (0.75, 1.3)
+    look_apart: float = 0.4
+    looks: int = 8
+    most_elsewhere: float = 0.5
     most_speaker_misfit: float = 1.5
     landmark_unsure: float = 0.8
     landmark_share: float = 0.15

@@ -1,0 +1,64 @@
+"""A second opinion on where a mouth is drawn, for heads that are placed without landmarks.
+
+A head that is followed by its texture or by the lips' colour may lie beside the face and explain
+much of the picture there, as cheeks explain cheeks. Some frames are shown to the landmark network.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.fit.opening import NAME as OPENING
+from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
+from abs_engine.tracking.face_choice import all_landmarks
+from abs_engine.tracking.landmarks import OUTER_RING, Landmarks
+from abs_engine.tracking.run_warnings import mouth_elsewhere
+from abs_engine.tracking.settings.frames import FRAME_LOOP
+
+
+class MouthCheck:
+    """Compares drawn mouths with those that a landmark network sees, in some frames of a clip.
+
+    Parameters
+    ----------
+    setting : ClipSetting
+        Of a head that landmarks place, or of a mouth in a close-up, nothing is compared.
+    """
+
+    def __init__(self, setting: ClipSetting) -> None:
+        self._setting = setting
+        self._asked = setting.landmarks is None and OPENING not in setting.face.appearance
+        self._next, self._step = 0, max(1, round(FRAME_LOOP.look_apart * setting.rate))
+        self._elsewhere: list[bool] = []
+
+    def add(self, image: Image, result: FrameResult) -> None:
+        """Look at the next frame (H, W, 3) RGB, or leave it out."""
+        if not self._asked or not result.found or result.pose is None:
+            return
+        if result.index < self._next:
+            return
+        self._next = result.index + self._step
+        outer = result.lips[: self._setting.face.ring_sizes[0]]
+        drawn = self._setting.camera.project(result.pose.apply(outer))
+        seen = all_landmarks(image)
+        if seen:
+            self._elsewhere.append(all(_elsewhere(drawn, one) for one in seen))
+            if len(self._elsewhere) % FRAME_LOOP.looks == 0:  # a long clip is looked at less often
+                self._step *= 2
+
+    def warnings(self) -> list[str]:
+        """A warning where the mouth lies elsewhere in most of the frames that were looked at."""
+        return mouth_elsewhere(sum(self._elsewhere), len(self._elsewhere))
+
+
+def _elsewhere(drawn: FloatArray, seen: Landmarks) -> bool:
+    """Whether a drawn outer contour (N, 2), px, is not that of a face's mouth."""
+    low, high = drawn.min(axis=0), drawn.max(axis=0)
+    ring = seen.pixels[OUTER_RING]
+    least, most = ring.min(axis=0), ring.max(axis=0)
+    face = float(np.ptp(seen.pixels @ seen.axes[1]))
+    away = float(np.linalg.norm(low + high - least - most)) / 2
+    across = float(np.linalg.norm(high - low) / np.linalg.norm(most - least))
+    narrow, wide = FRAME_LOOP.mouth_sizes
+    return away > FRAME_LOOP.mouth_away * face or not narrow < across < wide
