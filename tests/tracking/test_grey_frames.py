@@ -53,9 +53,8 @@ def test_the_colours_of_the_other_frames_are_hardly_spoilt(runs):
     """The mouth is fitted to frames with colour: in the others landmarks are alone, which err."""
     whole, half = runs["colour"], runs["half"]
     np.testing.assert_allclose(half["aperture"][:HALF], whole["aperture"][:HALF], atol=0.8)
-    spoilt, sound = (run.summary["colour_agreement"] for run in (half, whole))
-    assert spoilt == pytest.approx(sound, abs=0.05)
-    assert half.summary["separability"] == pytest.approx(whole.summary["separability"], abs=0.03)
+    lips, sound = (run.summary["separability"] for run in (half, whole))
+    assert lips == pytest.approx(sound, abs=0.015)  # 0.026 where grey frames are learned from
     assert half.summary["mean_score"] == pytest.approx(whole.summary["mean_score"], abs=0.01)
 
 

@@ -117,10 +117,10 @@ class FrameSettings:
         which it lies elsewhere. Chosen with `mouth_sizes` on runs of p01 to p08 of the strangers
         with `--start blobs`, and of p02 and p05 with another person's talking face, all looked at:
         0.03 at most of mouths that are right, 0.04 to 0.07 of those of others.
-    mouth_sizes : tuple of float
+    mouth_sizes : tuple of float, times
         Size of the drawn mouth over that of the one that is seen, below and above which it is
-        another: 0.83 to 1.11 of mouths that are right, 0.6 to 0.86 and 1.5 to 1.8 of two that are
-        not.
+        another. Chosen on the same: 0.83 to 1.11 of mouths that are right, 0.6 to 0.86 and 1.5 to
+        1.8 of two that are not.
     look_apart : float, s
         From one frame that is looked at for these to the next. Not measured.
     looks : int, frames
