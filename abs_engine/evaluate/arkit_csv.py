@@ -32,6 +32,9 @@ HEAD = ("headyaw", "headpitch", "headroll")
 DRIFT = 0.002
 """Share by which timecodes may be off: they count 30 frames where 29.97 are taken in a second."""
 
+WIDEST = 1.5
+"""Usual steps between two rows with timecodes, between which no row was lost."""
+
 LARGEST = 1.5
 """ARKit's weights lie between 0 and 1; above this they are something else, such as per cent."""
 
@@ -55,7 +58,8 @@ def read_arkit(
     ParameterError
         If it is of other frames than the clip.
     """
-    table = _lower_case(read_table(path))
+    table = _lower_case(read_table(path, empty_lines=True))
+    table = _without_end(table, clip.frames)
     table.require(name.lower() for name in unit_names)
     head = HEAD if all(name in table.columns for name in HEAD) else ()
     numbers = table.numbers([*(name.lower() for name in unit_names), *head])
@@ -91,11 +95,19 @@ def _lower_case(table: Table) -> Table:
     return replace(table, columns={k.lower(): v for k, v in table.columns.items()})
 
 
+def _without_end(table: Table, frames: int) -> Table:
+    """The table without the empty lines at its end that are more than the frames."""
+    count = len(table.rows)
+    while count > max(frames, 1) and not any(cell.strip() for cell in table.rows[count - 1]):
+        count -= 1
+    return replace(table, rows=table.rows[:count], lines=table.lines[:count])
+
+
 def _on_frames(table: Table, numbers: FloatArray, clip: Reference) -> FloatArray:
-    """Rows (T, ...) at the times of the frames.
+    """Rows (T, ...) at the times of the frames; NaN where they were lost.
 
     As many rows as frames are the frames, if timecodes do not deny it; otherwise the timecodes,
-    from the first on, must cover the clip, and rows are interpolated.
+    from the first on, must cover the clip, and rows are interpolated where none is missing.
     """
     if len(numbers) == clip.frames:
         _check_duration(table, clip)
@@ -104,21 +116,49 @@ def _on_frames(table: Table, numbers: FloatArray, clip: Reference) -> FloatArray
     remedy = "give a row for each frame, or timecodes that cover the clip"
     if "timecode" not in table.columns:
         raise ParameterError(problem, remedy)
-    times = seconds_since_first(table.text("timecode"), table.path, lines=table.lines)
+    coded = np.array([bool(code) for code in table.text("timecode")])
+    said = np.isfinite(numbers).any(axis=1) | coded
+    times, numbers = _seconds(table, np.flatnonzero(said).tolist()), numbers[said]
     wanted = np.arange(clip.frames) / clip.rate
-    if (np.diff(times) <= 0).any() or abs(times[-1] - wanted[-1]) > 1.5 / clip.rate:
-        raise ParameterError(f"{problem}, and lasts {times[-1]:.2f} s", remedy)
-    columns = [np.interp(wanted, times, column) for column in numbers.T]
-    return np.stack(columns, axis=1)
+    lasts = times[-1] if len(times) > 1 else 0.0
+    if (np.diff(times) <= 0).any() or not lasts or abs(lasts - wanted[-1]) > 1.5 / clip.rate:
+        raise ParameterError(f"{problem}, and lasts {lasts:.2f} s", remedy)
+    step = float(np.median(np.diff(times)))
+    return np.stack([_between(wanted, times, column, step) for column in numbers.T], axis=1)
+
+
+def _between(wanted: FloatArray, times: FloatArray, column: FloatArray, step: float) -> FloatArray:
+    """A column at wanted times; NaN in gaps, as far as they are not beside a row.
+
+    A row stands for what is less than half a usual step from it, at both ends for what is less
+    than a whole one.
+    """
+    known = np.isfinite(column)
+    if not known.any():
+        return np.full(len(wanted), np.nan)
+    times, column = times[known], column[known]
+    at = np.searchsorted(times, wanted)
+    before, after = times[np.maximum(at - 1, 0)], times[np.minimum(at, len(times) - 1)]
+    away = np.minimum(np.abs(wanted - before), np.abs(wanted - after))
+    whole = (after - before <= WIDEST * step) & (away < 0.9 * step)
+    return np.where(whole | (away < 0.5 * step), np.interp(wanted, times, column), np.nan)
+
+
+def _seconds(table: Table, rows: Sequence[int]) -> FloatArray:
+    """Times (N,) of some rows, s after the first of them."""
+    codes = table.text("timecode")
+    lines = [table.lines[row] for row in rows]
+    return seconds_since_first([codes[row] for row in rows], table.path, lines=lines)
 
 
 def _check_duration(table: Table, clip: Reference) -> None:
     """Raise `ParameterError` if the timecodes last another time than the clip."""
-    wanted = (clip.frames - 1) / clip.rate
     cells = table.text("timecode") if "timecode" in table.columns else []
-    if wanted < 1 or not all(cells) or not cells:
+    rows = [row for row, cell in enumerate(cells) if cell]
+    wanted = (rows[-1] - rows[0]) / clip.rate if rows else 0.0
+    if wanted < 1:
         return  # within a second the timecodes do not show how many frames they count
-    lasts = float(seconds_since_first(cells, table.path, lines=table.lines)[-1])
+    lasts = float(_seconds(table, rows)[-1])
     if abs(lasts - wanted) > 1.5 / clip.rate + DRIFT * wanted:
         raise ParameterError(
             f"{table.path} lasts {lasts:.2f} s by its timecodes, the truth {wanted:.2f} s",

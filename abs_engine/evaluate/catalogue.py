@@ -170,7 +170,8 @@ BUILT_IN: tuple[Metric, ...] = (
     ),
     Metric(
         "closure_precision_events", "closures, precision", "share",
-        "share of the runs of frames called closed that overlap with a closure, one to one",
+        "share of the runs of frames called closed that overlap with a closure, one to one; lost "
+        "frames within a closure do not divide a run",
     ),
     Metric(
         "closure_recall_events", "closures, recall", "share",
@@ -178,7 +179,8 @@ BUILT_IN: tuple[Metric, ...] = (
     ),
     Metric(
         "closure_onset_error_ms", "closure onset, mean error", "ms",
-        "mean size of the difference of onsets, over closures found",
+        "mean size of the difference of onsets, over closures found, but for those at a clip's "
+        "first frame or after a lost one",
     ),
     Metric(
         "closure_onset_bias_ms", "closure onset, bias", "ms",

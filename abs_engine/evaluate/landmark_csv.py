@@ -102,24 +102,26 @@ def _long(table: Table, clip: Reference) -> Landmarks:
     table.require(("frame", "point", "x", "y", "unit"))
     frame = _frame_rows(table, clip)
     point = table.numbers(["point"])[:, 0]
-    if not np.isin(point, np.arange(COUNT)).all():
-        raise InputFileError(f"{table.path} has points other than 0 to 67", "use the 68 of 300-W")
     places = table.numbers(["x", "y", *(["z"] if "z" in table.columns else [])])
+    given = np.isfinite(places).any(axis=1)
+    if not np.isin(point[given | np.isfinite(point)], np.arange(COUNT)).all():
+        raise InputFileError(f"{table.path} has points other than 0 to 67", "use the 68 of 300-W")
     unit = np.array(table.text("unit"))
-    strange = sorted(set(unit.tolist()) - {"px", "mm"})
+    strange = sorted(set(unit[given].tolist()) - {"px", "mm"})
     if strange:
         raise InputFileError(f"{table.path} has the unit '{strange[0]}'", "give px or mm")
-    in_mm, which = unit == "mm", point.astype(int)
+    in_mm = (unit == "mm") & given
     if in_mm.any() and places.shape[1] < 3:
         raise InputFileError(f"{table.path} lacks the column z of its points in mm", "add it")
     pixels, points = _empty(clip.frames, 2), _empty(clip.frames, 3)
-    for array, rows in ((pixels, ~in_mm), (points, in_mm)):
+    for array, rows in ((pixels, given & ~in_mm), (points, in_mm)):
         if not rows.any():  # without mm there need not be three columns
             continue
-        keys = frame[rows] * COUNT + which[rows]
+        which = point[rows].astype(int)
+        keys = frame[rows] * COUNT + which
         if len(np.unique(keys)) != len(keys):
             raise InputFileError(f"{table.path} gives a point twice in a frame", "give it once")
-        array[frame[rows], which[rows]] = places[rows, : array.shape[2]]
+        array[frame[rows], which] = places[rows, : array.shape[2]]
     return Landmarks(pixels, points, _space(table, in_mm))
 
 
@@ -190,9 +192,16 @@ def _frame_rows(table: Table, clip: Reference) -> IntArray:
 
 
 def check_times(path: Path, times: FloatArray, frame: IntArray, rate: float) -> None:
-    """Raise `ParameterError` if times (s) are off by more than half a frame, the first being 0."""
-    start = times[frame == 0]
-    away = times - (start[0] if start.size else 0.0) - frame / rate
+    """Raise `ParameterError` if times (s) are off by more than half a frame, the first being 0.
+
+    Lost frames may have none.
+    """
+    known = np.isfinite(times)
+    times, frame = times[known], frame[known]
+    if not times.size:
+        return
+    away = times - frame / rate
+    away -= away[np.argmin(frame)]
     wrong = np.flatnonzero(~(np.abs(away) <= 0.5 / rate + 1e-3))
     if wrong.size:
         at = wrong[0]

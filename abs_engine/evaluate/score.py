@@ -119,7 +119,8 @@ def measure(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) 
             numbers[f"{name}_correlation"] = correlation
     closed = closures(said, truth, true_curves["aperture"], landmark_68)
     if closed is not None:
-        means |= closure_means(closed[0], closed[1] & seen, truth.rate)
+        lost = ~said.found & seen
+        means |= closure_means(closed[0], closed[1] & seen, truth.rate, lost)
     means |= _added_means(said, truth)
     notes = () if given is None else given.notes()
     return ClipScores(estimate.name, truth.rate, means, numbers, closed, notes)

@@ -70,6 +70,20 @@ def test_closures_by_hand():
         metrics.closure_events(found, true[1:])
 
 
+def test_lost_frames_neither_divide_closures_nor_shift_onsets():
+    #        frame 0  1  2  3  4  5  6  7  8  9 10 11
+    true = np.array([0, 1, 1, 1, 1, 0, 1, 1, 0, 0, 1, 1], bool)
+    lost = np.array([0, 0, 0, 1, 0, 1, 0, 0, 0, 1, 1, 0], bool)
+    found = true & ~lost
+    events = metrics.closure_events(found, true, lost)
+    np.testing.assert_array_equal(events.found, [[1, 5], [6, 8], [11, 12]])  # open in frame 5
+    assert len(events.pairs) == 3
+    np.testing.assert_array_equal(events.onsets, [[1, 1]])
+    events = metrics.closure_events(found, true)
+    assert len(events.found) == 4
+    assert len(events.onsets) == 3
+
+
 def test_events_are_matched_by_the_largest_total_overlap():
     # The first found closure overlaps with both true ones; greedy in time would waste the second.
     found, true = np.array([[0, 10], [10, 12]]), np.array([[0, 2], [3, 9]])

@@ -40,20 +40,28 @@ class ClosureEvents:
         See `closed_intervals`.
     pairs : (P, 2) int64
         See `match_events`.
+    sure : (E,) bool
+        Whether the frame before a found closure is known to be open.
     """
 
     found: IntArray
     true: IntArray
     pairs: IntArray
+    sure: BoolArray
 
     @property
     def onsets(self) -> IntArray:
-        """First frames (P', 2) of the pairs, found and true; not of closures that begin a clip."""
+        """First frames (P', 2) of the pairs, found and true.
+
+        Not of closures that begin a clip, or that are found after a lost frame.
+        """
         both = np.stack([self.found[self.pairs[:, 0], 0], self.true[self.pairs[:, 1], 0]], axis=1)
-        return both[(both > 0).all(axis=1)]
+        return both[(both > 0).all(axis=1) & self.sure[self.pairs[:, 0]]]
 
 
-def closure_events(estimated: ArrayLike, truth: ArrayLike) -> ClosureEvents:
+def closure_events(
+    estimated: ArrayLike, truth: ArrayLike, lost: ArrayLike | None = None
+) -> ClosureEvents:
     """Closures (runs of closed frames) against the true ones.
 
     One is found if it overlaps with a true one, each being used once: the event-based scores of
@@ -63,14 +71,33 @@ def closure_events(estimated: ArrayLike, truth: ArrayLike) -> ClosureEvents:
     Parameters
     ----------
     estimated, truth : (T,) bool
+    lost : (T,) bool, optional
+        Frames of which the estimate says nothing. Those within a true closure do not divide what
+        is found on both sides of them.
 
     Raises
     ------
     ParameterError
         If the lengths differ.
     """
-    found, true = (closed_intervals(a) for a in _same_frames(estimated, truth))
-    return ClosureEvents(found, true, match_events(found, true))
+    closed, true_closed = _same_frames(estimated, truth)
+    unknown = np.zeros_like(closed)
+    if lost is not None:
+        _, unknown = _same_frames(closed, lost)
+    found = closed_intervals(_joined(closed, true_closed, unknown))
+    true = closed_intervals(true_closed)
+    sure = ~unknown[np.maximum(found[:, 0] - 1, 0)]
+    return ClosureEvents(found, true, match_events(found, true), sure)
+
+
+def _joined(closed: BoolArray, truth: BoolArray, lost: BoolArray) -> BoolArray:
+    """Closed frames, with lost ones between two of them that are closed in truth, (T,)."""
+    out = closed.copy()
+    for first, end in stretches(lost & ~closed):
+        between = first > 0 and end < len(closed) and closed[first - 1] and closed[end]
+        if between and truth[first:end].all():
+            out[first:end] = True
+    return out
 
 
 def _same_frames(estimated: ArrayLike, truth: ArrayLike) -> tuple[BoolArray, BoolArray]:

@@ -1,0 +1,163 @@
+"""Lost frames in files of other systems, and what is scored around them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from results import (
+    FRAMES,
+    RATE,
+    areas,
+    arkit_rows,
+    clip,
+    speaker,
+    true_landmarks,
+    wide_rows,
+    write_csv,
+)
+
+from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.evaluate.arkit_csv import read_arkit
+from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
+from abs_engine.evaluate.metrics import closed_intervals
+from abs_engine.evaluate.score import measure, summary
+
+
+@pytest.fixture(scope="module")
+def truth():
+    return clip()
+
+
+@pytest.fixture(scope="module")
+def reference(truth):
+    neutral = truth.neutral.astype(np.float64)
+    return Reference(FRAMES, RATE, neutral, truth.landmarks["landmark_68"])
+
+
+def arkit(path, reference):
+    return read_arkit(path, reference, speaker().unit_names, speaker().units, areas())
+
+
+def lost(estimate):
+    return np.flatnonzero(~estimate.found).tolist()
+
+
+def recorded(heading, count, rate):
+    """Rows of a recorder at a rate of its own, whose jaw opens by 0.5 in a second."""
+    rows = []
+    for k in range(count):
+        code = f"00:00:{k // rate:02d}:{k % rate:02d}.000"
+        rows.append([code, 61, *[0.0] * (len(heading) - 2)])
+        rows[-1][heading.index("JawOpen")] = 0.5 * k / rate
+    return rows
+
+
+def test_rows_that_a_face_unit_file_lacks_are_lost_frames(truth, reference, tmp_path):
+    heading, rows = arkit_rows(truth)
+    kept = [*rows[:20], *rows[35:50], *rows[51:]]
+    found = arkit(write_csv(tmp_path / "a.csv", heading, kept), reference)
+    assert lost(found) == [*range(20, 35), 50]
+    weights = found.surface.weights[found.found]
+    np.testing.assert_allclose(weights, truth.unit_weights[found.found], atol=1e-6)
+    found = arkit(write_csv(tmp_path / "b.csv", heading, rows[:-1]), reference)
+    assert lost(found) == [FRAMES - 1]
+
+
+def test_rows_without_weights_are_lost_beside_rows_that_are_missing(truth, reference, tmp_path):
+    heading, rows = arkit_rows(truth)
+    for row in rows[10:12]:
+        row[2:] = [""] * len(row[2:])
+    kept = [*rows[:30], *rows[31:]]
+    assert lost(arkit(write_csv(tmp_path / "a.csv", heading, kept), reference)) == [10, 11, 30]
+
+
+def test_an_empty_line_of_a_face_unit_file_is_a_lost_frame(truth, reference, tmp_path):
+    heading, rows = arkit_rows(truth)
+    nothing = [""] * len(heading)
+    holed = [*rows[:5], nothing, *rows[6:-1], nothing]
+    found = arkit(write_csv(tmp_path / "a.csv", heading, holed), reference)
+    assert lost(found) == [5, FRAMES - 1]
+    found = arkit(write_csv(tmp_path / "b.csv", heading, [*rows, nothing, nothing]), reference)
+    assert lost(found) == []  # as spreadsheets end
+    found = arkit(
+        write_csv(tmp_path / "c.csv", heading, [*rows[:5], nothing, *rows[7:]]), reference
+    )
+    assert lost(found) == [5, 6]
+    slow = [[f"00:00:{k // 20:02d}:{k % 20:02d}", *row[1:]] for k, row in enumerate(rows)]
+    slow[5] = nothing
+    with pytest.raises(ParameterError, match=r"lasts 2\.79 s by its timecodes"):
+        arkit(write_csv(tmp_path / "d.csv", heading, slow), reference)
+    with pytest.raises(ParameterError, match="lasts 0"):
+        arkit(write_csv(tmp_path / "e.csv", heading, [nothing, nothing]), reference)
+
+
+@pytest.mark.parametrize(("rate", "first"), [(24, 14), (30, 13), (50, 13), (60, 13)])
+def test_recorders_at_other_rates_lose_what_they_lack(truth, reference, tmp_path, rate, first):
+    heading, _ = arkit_rows(truth)
+    rows = recorded(heading, 1 + int((FRAMES - 1) / RATE * rate), rate)
+    found = arkit(write_csv(tmp_path / "a.csv", heading, rows), reference)
+    assert lost(found) == []
+    unit = speaker().unit_names.index("jawOpen")
+    wanted = np.minimum(0.5 * np.arange(FRAMES) / RATE, 0.5 * (len(rows) - 1) / rate)
+    np.testing.assert_allclose(found.surface.weights[:, unit], wanted, atol=1e-9)
+    holed = [*rows[: rate // 2 + 1], *rows[rate:]]  # nothing between 0.5 s and 1 s
+    found = arkit(write_csv(tmp_path / "b.csv", heading, holed), reference)
+    assert lost(found) == list(range(first, 25))
+
+
+def long_rows(truth):
+    points = true_landmarks(truth)[1]
+    heading = ["frame", "time", "point", "x", "y", "z", "unit", "space"]
+    return heading, [
+        [t, t / RATE, k, *points[t, k], "mm", "camera"] for t in range(FRAMES) for k in range(68)
+    ]
+
+
+@pytest.mark.parametrize("kept", [("point",), ("point", "time", "unit"), ("point", "space"), ()])
+def test_lost_frames_of_a_long_file_have_empty_cells(truth, reference, tmp_path, kept):
+    heading, rows = long_rows(truth)
+    for row in rows:
+        if row[0] in (0, 7):
+            row[:] = [
+                cell if name in ("frame", *kept) else ""
+                for name, cell in zip(heading, row, strict=True)
+            ]
+    found = read_landmarks(write_csv(tmp_path / "a.csv", heading, rows), reference)
+    assert lost(found) == [0, 7]
+    assert len(found.tracks["landmarks"].vertex) == 68
+
+
+def test_points_with_a_place_still_need_unit_and_space(truth, reference, tmp_path):
+    heading, rows = long_rows(truth)
+    for name, said in (("unit", "the unit ''"), ("space", "has the spaces"), ("point", "0 to 67")):
+        wrong = [list(row) for row in rows]
+        wrong[100][heading.index(name)] = ""
+        with pytest.raises(InputFileError, match=said):
+            read_landmarks(write_csv(tmp_path / f"{name}.csv", heading, wrong), reference)
+
+
+def test_lost_frames_of_a_wide_file_have_no_time(truth, reference, tmp_path):
+    heading, rows = wide_rows(truth, *true_landmarks(truth))
+    for t in (0, 9):
+        rows[t][1:] = [""] * len(rows[t][1:])
+    assert lost(read_landmarks(write_csv(tmp_path / "a.csv", heading, rows), reference)) == [0, 9]
+    rows[20][1] += 0.1
+    with pytest.raises(ParameterError, match="frame 20 at"):
+        read_landmarks(write_csv(tmp_path / "b.csv", heading, rows), reference)
+
+
+def test_lost_frames_do_not_make_exact_closures_wrong(truth, reference, tmp_path):
+    heading, rows = long_rows(truth)
+    marks = truth.landmarks["landmark_68"]
+    found = read_landmarks(write_csv(tmp_path / "a.csv", heading, rows), reference)
+    runs = [run for run in closed_intervals(found.closed) if run[0] > 0 and run[1] - run[0] > 2]
+    (first, end), *_ = runs
+    for gone in ({(first + end) // 2}, {first, first + 1}):
+        at = heading.index("x")
+        holed = [[*r[:at], "", "", "", *r[at + 3 :]] if r[0] in gone else r for r in rows]
+        found = read_landmarks(write_csv(tmp_path / "b.csv", heading, holed), reference)
+        assert lost(found) == sorted(gone)
+        scores = summary([measure(found, truth, marks)])
+        assert scores["closure_precision_events"].value == 1
+        assert scores["closure_recall_events"].value == 1
+        assert scores["closure_onset_error_ms"].value == 0
