@@ -5,13 +5,15 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from abs_engine.clips.job import TABLE, WAITING, Job, Outcome
 from abs_engine.core.clock import TIMING
 from abs_engine.io.files import check_free, unwritable
+from abs_engine.io.inputs import read_json
 from abs_engine.io.naming import lock, partial_of, settle
 
 COLUMNS = ("clip", "video", "status", "frames", "found", "closed", "message")
@@ -50,7 +52,40 @@ def runs_folder(folder: Path) -> Iterator[Path]:
                 folder.rmdir()
 
 
-def write_table(folder: Path, jobs: Iterable[Job], outcomes: Mapping[str, Outcome]) -> None:
+def rows_of_others(folder: Path, jobs: Iterable[Job]) -> list[list[str]]:
+    """Rows of the table for clips of earlier commands; none if it cannot be read as one."""
+    names = {_utf_8(job.name) for job in jobs}
+    try:
+        with (folder / TABLE).open(encoding="utf-8", newline="") as file:
+            heading, *rows = csv.reader(file, strict=True)
+    except (OSError, ValueError, csv.Error):
+        return []
+    if any(len(row) != len(COLUMNS) for row in rows) or tuple(heading) != COLUMNS:
+        return []
+    return [row for row in rows if row[0] not in names]
+
+
+def timing_of_others(folder: Path, others: Sequence[Sequence[str]]) -> dict[str, dict[str, Any]]:
+    """Seconds and deaths of the clips of these rows, as ``timing.json`` has them."""
+    names = {row[0] for row in others}
+    try:
+        told = read_json(folder / TIMING)
+    except (OSError, ValueError):
+        told = None
+    out = {}
+    for key in ("clips", "workers_died"):
+        numbers = told.get(key) if isinstance(told, dict) else None
+        said = numbers if isinstance(numbers, dict) else {}
+        out[key] = {name: number for name, number in said.items() if _utf_8(name) in names}
+    return out
+
+
+def write_table(
+    folder: Path,
+    jobs: Iterable[Job],
+    outcomes: Mapping[str, Outcome],
+    others: Iterable[Sequence[str]] = (),
+) -> None:
     """Write the table in place of the one before.
 
     Parameters
@@ -59,6 +94,8 @@ def write_table(folder: Path, jobs: Iterable[Job], outcomes: Mapping[str, Outcom
         A row for each.
     outcomes : mapping of str to Outcome
         By the names of the jobs; without one, a clip waits.
+    others : iterable of rows
+        Those before these, see `rows_of_others`.
 
     Raises
     ------
@@ -68,6 +105,7 @@ def write_table(folder: Path, jobs: Iterable[Job], outcomes: Mapping[str, Outcom
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(COLUMNS)
+    table.writerows(others)
     for job in jobs:
         got = outcomes.get(job.name, Outcome(WAITING))
         video = Path(os.path.relpath(job.video, folder.absolute())).as_posix()
@@ -77,3 +115,8 @@ def write_table(folder: Path, jobs: Iterable[Job], outcomes: Mapping[str, Outcom
     made.write_text(text.getvalue(), encoding="utf-8", errors="backslashreplace")
     settle(made)
     made.replace(folder / TABLE)
+
+
+def _utf_8(name: str) -> str:
+    """A name as the table has it."""
+    return name.encode("utf-8", "backslashreplace").decode("utf-8")

@@ -25,7 +25,7 @@ from abs_engine.cli.parts.command import Done
 from abs_engine.clips.cluster import replace_lost
 from abs_engine.clips.job import FAILED, Job, Outcome, run_names
 from abs_engine.clips.many import DEATHS, GIVEN_UP, _outcome, _Watched, track_many
-from abs_engine.clips.table import TABLE, runs_folder, write_table
+from abs_engine.clips.table import TABLE, rows_of_others, runs_folder, write_table
 from abs_engine.clips.worker import track_job
 from abs_engine.core.errors import OutputError, ParameterError
 from abs_engine.io.naming import partial_of
@@ -76,6 +76,31 @@ def test_the_table_is_whole_while_clips_wait(tmp_path):
         "a,../a.mp4,waiting,,,,\n"
         "b,../b.mp4,done,5,4,2,\n"
     )
+
+
+def test_the_table_keeps_clips_of_earlier_commands(tmp_path):
+    folder = tmp_path / "runs"
+    folder.mkdir()
+    first, strange = [job(tmp_path), job(tmp_path, "b")], job(tmp_path, "\udcff")
+    done = Outcome("done", 'two\nlines, "quoted"', 5, 4, 2)
+    write_table(folder, [*first, strange], {"b": done})
+    before = (folder / TABLE).read_text()
+    later = [job(tmp_path, "c"), first[0], strange]
+    write_table(folder, later, {}, rows_of_others(folder, later))
+    with (folder / TABLE).open(newline="") as file:
+        assert [row["clip"] for row in csv.DictReader(file)] == ["b", "c", "a", r"\udcff"]
+    write_table(folder, [*first, strange], {"b": done}, rows_of_others(folder, [*later, *first]))
+    assert (folder / TABLE).read_text() == before
+
+
+@pytest.mark.parametrize(
+    "table",
+    [b"", b"\xff\xfe", b"a,b\n1,2\n", b"clip,video,status,frames,found,closed,message\n1,2\n"],
+)
+def test_a_table_that_is_none_is_written_anew(table, tmp_path):
+    (tmp_path / TABLE).write_bytes(table)
+    assert rows_of_others(tmp_path, [job(tmp_path)]) == []
+    assert rows_of_others(tmp_path / "none", [job(tmp_path)]) == []
 
 
 def test_a_folder_of_something_else_is_refused(tmp_path):
@@ -276,6 +301,27 @@ def in_threads(monkeypatch):
     """Workers in this process, where no clip is tracked: a process takes seconds to begin."""
     monkeypatch.setattr("distributed.LocalCluster", Threads)
     monkeypatch.setattr("abs_engine.clips.worker.keep_to_one_core", lambda: None)
+
+
+@pytest.mark.usefixtures("in_threads")
+def test_the_files_about_all_clips_keep_those_of_an_earlier_command(tmp_path):
+    folder = tmp_path / "runs"
+    for names in ("ab", "c", "a"):
+        videos = [tmp_path / f"{name}.mp4" for name in names]
+        for video in videos:
+            video.write_text("no video")
+        words = ["track", *videos, "-o", folder, "--renderer", "cpu", "--workers", "1", "--quiet"]
+        assert main([str(word) for word in words]) == 2
+    with (folder / TABLE).open(newline="") as file:
+        assert [(row["clip"], row["status"]) for row in csv.DictReader(file)] == [
+            ("b", "failed"), ("c", "failed"), ("a", "failed")
+        ]  # fmt: skip
+    assert list(json.loads((folder / "timing.json").read_text())["clips"]) == ["a", "b", "c"]
+    for name in (TABLE, "timing.json"):
+        (folder / name).write_text("{")
+    assert main([str(word) for word in words]) == 2
+    assert len((folder / TABLE).read_text().splitlines()) == 2
+    assert list(json.loads((folder / "timing.json").read_text())["clips"]) == ["a"]
 
 
 @pytest.mark.slow

@@ -36,7 +36,7 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
     from abs_engine.clips.cluster import local_workers, workers_of
     from abs_engine.clips.job import FAILED, TABLE
     from abs_engine.clips.many import track_many
-    from abs_engine.clips.table import runs_folder, write_table
+    from abs_engine.clips.table import rows_of_others, runs_folder, timing_of_others, write_table
     from abs_engine.clips.worker import check_same_options
     from abs_engine.tracking.output import SHEET
 
@@ -48,6 +48,7 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
     with runs_folder(chosen.output) as folder, Progress("tracking", "clips") as progress:
         for job in jobs:
             check_same_options(job)  # refused while the table is as it was
+        others = rows_of_others(folder, jobs)
         if chosen.scheduler is None:
             with opened(chosen.renderer) as renderer:  # what is wrong with it is said once
                 print_hints(renderer)
@@ -57,12 +58,13 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
             workers = workers_of(chosen.scheduler)
         progress.announce("waiting for workers")
         with _said_what_is_kept(folder), workers as client:
-            write_table(folder, jobs, outcomes)
+            write_table(folder, jobs, outcomes, others)
             for job, outcome in track_many(client, jobs, deaths):
                 outcomes[job.name] = outcome
-                write_table(folder, jobs, outcomes)
+                write_table(folder, jobs, outcomes, others)
                 progress(len(outcomes), len(jobs))
-        _write_timing(folder, time.perf_counter() - start, outcomes, deaths)
+        earlier = timing_of_others(folder, others)
+        _write_timing(folder, time.perf_counter() - start, outcomes, deaths, earlier)
     failed = {job.name: outcomes[job.name] for job in jobs if outcomes[job.name].status == FAILED}
     table = chosen.output / TABLE
     lines = [
@@ -135,10 +137,13 @@ def _absolute(options: TrackOptions) -> TrackOptions:
 
 
 def _write_timing(
-    folder: Path, seconds: float, outcomes: dict[str, Outcome], deaths: Counter[str]
+    folder: Path,
+    seconds: float,
+    outcomes: Mapping[str, Outcome],
+    deaths: Mapping[str, int],
+    earlier: Mapping[str, Mapping[str, Any]],
 ) -> None:
-    each = {name: round(outcome.seconds, 2) for name, outcome in sorted(outcomes.items())}
-    write_timing(
-        folder,
-        {"seconds": round(seconds, 2), "workers_died": dict(sorted(deaths.items())), "clips": each},
-    )
+    each = {name: round(outcome.seconds, 2) for name, outcome in outcomes.items()}
+    clips = dict(sorted({**earlier["clips"], **each}.items()))
+    died = dict(sorted({**earlier["workers_died"], **deaths}.items()))
+    write_timing(folder, {"seconds": round(seconds, 2), "workers_died": died, "clips": clips})
