@@ -97,7 +97,10 @@ def _curve(key: str, name: str) -> list[Metric]:
     return [
         Metric(f"{key}_rms_mm", f"{name}, RMS", "mm", "root mean square difference"),
         Metric(f"{key}_bias_mm", f"{name}, bias", "mm", "mean difference, estimate - truth"),
-        Metric(f"{key}_correlation", f"{name}, correlation", "", "Pearson's, over frames"),
+        Metric(
+            f"{key}_correlation", f"{name}, correlation", "",
+            "Pearson's, over frames; of several clips, the mean over those that have one",
+        ),
         Metric(
             f"{key}_coverage_95", f"{name}, truth inside of 95 % intervals", "share",
             "share of frames in which the true value lies in the interval given for it",

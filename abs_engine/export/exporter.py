@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
+from abs_engine.core.errors import InputFileError
 from abs_engine.core.geometry import Pose
 from abs_engine.face.neutral import neutral_face
 from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.io.inputs import is_there, read_json
 from abs_engine.tracking.measures import closure_arrays, closures, cuts
-from abs_engine.tracking.record import camera_of, load_whole_run, run_settings
+from abs_engine.tracking.record import SUMMARY, camera_of, load_whole_run
 from abs_engine.tracking.run_mesh import RunMesh
 
 _ROUNDING = {"s": 1e-6, "mm": 1e-2, "px": 1e-2, "degrees": 1e-2, "": 1e-4}
@@ -181,7 +183,7 @@ def read_run(folder: Path, speaker: Path | None = None, needs: tuple[str, ...] =
     Raises
     ------
     InputFileError
-        If the folder is no run.
+        If the folder is no run, or its ``run.json`` is damaged.
     ModelFormatError
         If its files do not fit together, or are of another head.
     """
@@ -189,9 +191,28 @@ def read_run(folder: Path, speaker: Path | None = None, needs: tuple[str, ...] =
     arrays, mesh = load_whole_run(folder, head, needs)
     # Older runs have none
     found = closure_arrays(closures(arrays["aperture"], arrays["time"], cuts(arrays)))
-    sound = run_settings(folder).get("sound")
-    begins = float(sound) if isinstance(sound, int | float) else 0.0
-    return TrackedRun(Path(folder), found | arrays, mesh, head, begins)
+    return TrackedRun(Path(folder), found | arrays, mesh, head, _sound(Path(folder) / SUMMARY))
+
+
+def _sound(path: Path) -> float:
+    """When the sound begins, s after the first picture; 0 where nothing says it.
+
+    Raises
+    ------
+    InputFileError
+        If the file is there but cannot be read.
+    """
+    if not is_there(path):
+        return 0.0
+    try:
+        settings = read_json(path, gaps=True).get("settings")
+    except (OSError, ValueError, AttributeError) as error:
+        raise InputFileError(
+            f"{path} is damaged: it does not say when the sound begins",
+            "restore it, or track the video again",
+        ) from error
+    sound = settings.get("sound") if isinstance(settings, dict) else None
+    return float(sound) if isinstance(sound, int | float) and np.isfinite(sound) else 0.0
 
 
 def rms(differences: FloatArray) -> float:

@@ -137,7 +137,8 @@ def _scored(
 ) -> list[_Scored]:
     """Score each result, say what is doubtful, and write its error map and its curves."""
     speaker = load_speaker()
-    out = []
+    out: list[_Scored] = []
+    maps: set[str] = set()
     for name, path, truth in _loaded(results, truths, view):
         marks = landmarks_of(truth, speaker)
         estimate = read_result(path, truth, speaker, marks)
@@ -146,8 +147,7 @@ def _scored(
         told = notes_of(clip, scores)
         for note in told:
             _log.warning("%s: %s", path, note)
-        plain = re.sub(r"[^\w.-]+", "_", name)
-        _save_map(folder / f"error_map_{plain}.npz", estimate, truth)
+        _save_map(folder / f"error_map_{_plain(name, maps)}.npz", estimate, truth)
         if len(results) == 1 and path.is_dir():
             draw(load_run(path), truth, folder)
         out.append(_Scored(name, clip, scores, "/".join(truth.folder.parts[-2:]), told))
@@ -264,6 +264,17 @@ def _loaded(
             name += "'"
         names.append(name)
         yield name, path, shared if shared is not None else found_truth(truths[k], *view, [path])
+
+
+def _plain(name: str, taken: set[str]) -> str:
+    """A name for a file like none that is taken, capitals or not; it is taken then."""
+    base = plain = re.sub(r"[^\w.-]+", "_", name)
+    count = 1
+    while plain.casefold() in taken:
+        count += 1
+        plain = f"{base}_{count}"
+    taken.add(plain.casefold())
+    return plain
 
 
 def _save_map(path: Path, estimate: Estimate, truth: Truth) -> None:

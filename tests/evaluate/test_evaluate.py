@@ -226,6 +226,15 @@ def test_clips_are_pooled_by_frame(truth):
     assert pooled["frames"].value == 80
 
 
+def test_a_constant_curve_leaves_the_correlation_of_other_clips(truth):
+    run, still = run_arrays(truth), run_arrays(truth)
+    run["width"] = -run["width"]
+    still["width"][:] = 50.0
+    clips = [measure(of_run("n", r, None, {}), truth, None) for r in (run, still)]
+    assert summary(clips)["width_correlation"].value == pytest.approx(-1)
+    assert np.isnan(summary(clips[1:])["width_correlation"].value)
+
+
 def test_every_mean_has_an_interval_that_holds_it(truth, marks):
     said = perfect(truth)
     rng = np.random.default_rng(15)

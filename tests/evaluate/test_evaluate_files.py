@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -33,7 +34,7 @@ from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
 from abs_engine.evaluate.score import measure, summary
 from abs_engine.io.csv_table import read_table
 from abs_engine.report.inspect.runs import load_run_head
-from abs_engine.report.scoring import evaluate
+from abs_engine.report.scoring import default_folder, evaluate
 from abs_engine.studio.speech import read_livelink
 from abs_engine.tracking.run_mesh import load_mesh
 
@@ -484,6 +485,27 @@ def test_a_run_without_its_camera_is_no_model(truth, tmp_path):
     run = write_run(tmp_path / "run", truth)
     with pytest.raises(ModelFormatError, match="lacks camera_matrix, camera_size"):
         load_run_head(run, speaker())
+
+
+def test_the_help_names_every_default_folder(tmp_path, capsys):
+    (tmp_path / "a.csv").touch()
+    assert default_folder([tmp_path]) == tmp_path / "evaluation"
+    assert default_folder([tmp_path / "a.csv"]) == tmp_path / "a-evaluation"
+    assert default_folder([tmp_path, tmp_path]) == Path("evaluation")
+    assert main(["evaluate", "--help"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    for name in ("RUN/evaluation", "FILE-evaluation beside", "./evaluation for several"):
+        assert name in said
+
+
+def test_error_maps_of_names_that_are_alike_once_they_are_plain(truth, dataset, tmp_path):
+    names = ("q a", "q(a", "Q_A")
+    runs = [
+        write_run(tmp_path / n, truth, aperture=truth.aperture + k) for k, n in enumerate(names)
+    ]
+    evaluate(runs, [dataset], tmp_path / "out")
+    maps = sorted(path.name for path in (tmp_path / "out").glob("*.npz"))
+    assert maps == ["error_map_Q_A_3.npz", "error_map_q_a.npz", "error_map_q_a_2.npz"]
 
 
 def test_results_named_alike_are_told_apart(truth, dataset, tmp_path):

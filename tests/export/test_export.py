@@ -303,6 +303,28 @@ def test_a_line_says_what_a_format_cannot_hold(folder, run, tmp_path, capsys):
         assert not any(loss.note for loss in export_run(folder, name, out))
 
 
+@pytest.mark.parametrize("text", ["", '{"settings": {"sound": 0.1', "[]", "\0"])
+def test_a_damaged_summary_does_not_pass_for_none(folder, tmp_path, capsys, text):
+    heard = tmp_path / "heard"
+    shutil.copytree(folder, heard)
+    (heard / "run.json").write_text(text)
+    out = tmp_path / "praat"
+    assert main(["export", str(heard), "--to", "praat", "-o", str(out)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "run.json is damaged" in line
+    assert not out.exists()
+
+
+def test_a_summary_with_nan_says_when_the_sound_begins(folder, tmp_path):
+    heard = tmp_path / "heard"
+    shutil.copytree(folder, heard)
+    told = '{"settings": {"sound": 0.25}, "summary": {"deviation": NaN}}'
+    (heard / "run.json").write_text(told)
+    assert read_run(heard).sound == 0.25
+    (heard / "run.json").unlink(missing_ok=True)
+    assert read_run(heard).sound == 0.0
+
+
 def test_fap_starts_from_a_face_whose_lips_meet(run):
     marks, rest = run.speaker.points["landmark_68"], neutral(run)
     assert run.mesh.mean[marks[62], 1] > run.mesh.mean[marks[66], 1] + 5

@@ -29,7 +29,8 @@ Numbers in brackets are 95 % confidence intervals.
         "which are then also pooled as clips"),
     *take.view(),
     take.metrics(),
-    take.output("DIR", "folder of the scores, must not exist (default: RUN/evaluation)", False),
+    take.output("DIR", "folder of the scores, must not exist (default: RUN/evaluation; "
+        "FILE-evaluation beside a file; ./evaluation for several)", False),
     take.seed("the confidence intervals"),
     examples="abs-engine evaluate tracked --truth clip\n"
     "abs-engine evaluate tracked other.csv --truth clip -o scores --json",
