@@ -195,7 +195,7 @@ def read_run(folder: Path, speaker: Path | None = None, needs: tuple[str, ...] =
 
 
 def _sound(path: Path) -> float:
-    """When the sound begins, s after the first picture; 0 where nothing says it.
+    """Beginning of the sound, s after the first picture; 0 where nothing says it.
 
     Raises
     ------
