@@ -173,7 +173,7 @@ def _physics_of(folder: Path) -> LearnedPhysics | None:
     """The physics that a run was tracked with; None for a head that moved otherwise."""
     path = folder / SUMMARY
     try:
-        told = read_json(path)["settings"]
+        told = read_json(path, gaps=True)["settings"]
         shell = told.get("model") == "shell"
         name = told.get("physics") or (told.get("model_file") if shell else None)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:

@@ -244,7 +244,7 @@ class Recorder:
 def run_settings(folder: Path) -> dict[str, Any]:
     """Settings that ``run.json`` states; none where there is no such file that can be read."""
     try:
-        stated = read_json(Path(folder) / SUMMARY)
+        stated = read_json(Path(folder) / SUMMARY, gaps=True)
     except (OSError, ValueError):
         return {}
     settings = stated.get("settings") if isinstance(stated, dict) else None

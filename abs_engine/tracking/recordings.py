@@ -135,7 +135,7 @@ def load_recording(folder: Path, speaker: Speaker) -> Recording:
     """
     run, mesh = load_run(folder), load_mesh_of(folder, speaker)
     try:
-        told = read_json(folder / SUMMARY)["settings"]
+        told = read_json(folder / SUMMARY, gaps=True)["settings"]
         choice = _choice(told, run)
         name, known = str(told["video"]), str(told["video_sha256"])
         stored, pupils = str(told.get("video_path", name)), float(told["scale"]["pupils"])

@@ -29,6 +29,7 @@ from abs_engine.tracking.record import (
     TABLE,
     Recorder,
     load_run,
+    run_settings,
 )
 from abs_engine.tracking.run import prepare_clip
 from abs_engine.tracking.run_mesh import load_mesh
@@ -98,6 +99,15 @@ def run(folder):
 def table(folder):
     with (folder / TABLE).open(newline="") as file:
         return list(csv.DictReader(file))
+
+
+def test_a_number_that_is_not_known_hides_no_settings(tmp_path):
+    """A summary's mean may be NaN, where there is nothing that it could be of."""
+    told = {"settings": {"video": "talk.mp4"}, "summary": {"aperture_difference_mm": float("nan")}}
+    (tmp_path / "run.json").write_text(json.dumps(told), encoding="utf-8")
+    assert run_settings(tmp_path) == {"video": "talk.mp4"}
+    (tmp_path / "run.json").write_text("{", encoding="utf-8")
+    assert run_settings(tmp_path) == {}
 
 
 def test_arrays_come_back(run):
