@@ -2,7 +2,8 @@
 
 What is seen in a mirror is the reflected world, seen through the mirror's rectangle. So the head is
 drawn twice: as it is, and with reflected vertices and facets wound the other way round, which is
-kept only where a pixel's line of sight passes through the rectangle.
+kept only where a pixel's line of sight passes through the rectangle. Of other things only what is
+before the mirror's plane is reflected.
 """
 
 from __future__ import annotations
@@ -209,10 +210,10 @@ class Glass:
         row, column = self._nearest(pixels)
         return np.asarray(self.depth[row, column] < points[:, 2])
 
-    def shows(self, pixels: FloatArray) -> BoolArray:
-        """Whether pixels (N, 2) lie on the mirror."""
+    def shows(self, pixels: FloatArray, seen: BoolArray) -> BoolArray:
+        """Whether the mirror is what is seen, (H, W), at pixels (N, 2)."""
         row, column = self._nearest(pixels)
-        return np.asarray(self.mask[row, column])
+        return np.asarray(seen[row, column])
 
     def _nearest(self, pixels: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         width, height = self._camera.size

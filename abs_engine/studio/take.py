@@ -19,6 +19,7 @@ from abs_engine.studio.geometry import inner_shade, smooth_normals
 from abs_engine.studio.labels import Cover, Geometry, Skin, Surface, visible
 from abs_engine.studio.mirror import Drawn, Glass, Mirror, joined
 from abs_engine.studio.plan import ClipPlan, Prop
+from abs_engine.studio.plane_cut import cut_off
 from abs_engine.studio.process import Worker
 from abs_engine.studio.sequence import deform
 
@@ -188,30 +189,40 @@ class Take:
             "flip": np.array(mirrored),
         }
         for number, prop in enumerate(plan.props):
-            if prop.present[frame]:
-                points, normals = self._placed(prop, frame, mirrored=mirrored)
-                state[f"prop{number}_vertices"] = points.astype(np.float32)
-                state[f"prop{number}_normals"] = normals.astype(np.float32)
+            placed = self._placed(prop, frame, mirrored=mirrored) if prop.present[frame] else {}
+            for name, value in placed.items():
+                kind = np.int32 if name == "faces" else np.float32
+                state[f"prop{number}_{name}"] = value.astype(kind)
         return state
 
-    def _placed(self, prop: Prop, frame: int, *, mirrored: bool) -> tuple[FloatArray, FloatArray]:
-        """Vertices, moved by the lens, and normals of a prop, camera frame."""
+    def _placed(self, prop: Prop, frame: int, *, mirrored: bool) -> dict[str, NDArray[Any]]:
+        """Vertices, moved by the lens, and normals of a prop, camera frame.
+
+        In the mirror also its facets and colours, if not all of it is before the mirror's plane;
+        nothing, if none of it is.
+        """
         own = Pose.from_vectors(prop.rotations[frame], prop.translations[frame])
         view = self._view.pose(frame)
         points = view.apply(own.apply(prop.vertices.astype(np.float64)))
         normals = prop.normals @ (view.rotation @ own.rotation).T
+        further: dict[str, NDArray[Any]] = {}
         if mirrored and self._mirror is not None:
+            height = self._mirror.height(points)
+            if height.min() < 0:
+                part = cut_off(prop.faces, height)
+                if not len(part.faces):
+                    return {}
+                points, normals = part.of(points), part.of(normals)
+                further = {"faces": part.faces, "colour": part.of(prop.colour)}
             points = self._mirror.reflect(points)
             normals = self._mirror.reflect_directions(normals)
-        return self._camera.distort(points), normals
+        return {"vertices": self._camera.distort(points), "normals": normals, **further}
 
     def _covers(self, frame: int, *, mirrored: bool) -> tuple[Cover, ...]:
         """Objects that may hide landmarks; the shirt, below the chin, never does."""
-        return tuple(
-            Cover(self._placed(prop, frame, mirrored=mirrored)[0], prop.faces)
-            for prop in self._plan.props
-            if prop.present[frame] and prop.code != OTHER
-        )
+        objects = [p for p in self._plan.props if p.present[frame] and p.code != OTHER]
+        placed = [(p, self._placed(p, frame, mirrored=mirrored)) for p in objects]
+        return tuple(Cover(d["vertices"], d.get("faces", p.faces)) for p, d in placed if d)
 
     def _shot(self, frame: int, now: Posed, following: Posed | None, drawn: Drawn) -> Shot:
         with self.clock.part("picture"):
@@ -229,7 +240,7 @@ class Take:
                 mirror_seen = visible(
                     self._vertex, now.mirrored, self._speaker, self._camera,
                     self._covers(frame, mirrored=True), mirrored=True,
-                ) & self._glass.shows(mirror_pixels)  # fmt: skip
+                ) & self._glass.shows(mirror_pixels, drawn.glass)  # fmt: skip
         return Shot(
             picture, drawn.ids, cover=drawn.cover, **labels, pixels=pixels, seen=seen,
             mirror_pixels=mirror_pixels, mirror_seen=mirror_seen, glass=drawn.glass,

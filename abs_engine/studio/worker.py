@@ -117,8 +117,9 @@ class Stage:
         ----------
         state : mapping of str to array
             `vertices`, `normals` (V, 3) of the head; `prop{i}_vertices`, `prop{i}_normals` of the
-            props that are there; `lights` (L, 7), direction of travel, intensity, RGB; `ambient`
-            (3,); `flip`, whether facets count the other way round, as in a mirror.
+            props that are there, `prop{i}_faces` and `prop{i}_colour` of those that are not drawn
+            whole; `lights` (L, 7), direction of travel, intensity, RGB; `ambient` (3,); `flip`,
+            whether facets count the other way round, as in a mirror.
 
         Returns
         -------
@@ -163,12 +164,12 @@ class Stage:
             name, number = f"prop{number}", number + 1
             if f"{name}_vertices" not in state:
                 continue
-            colour = setup[f"{name}_colour"]
+            colour = state.get(f"{name}_colour", setup[f"{name}_colour"])
             prop = pyrender.Primitive(
                 positions=state[f"{name}_vertices"],
                 normals=state[f"{name}_normals"],
                 color_0=np.column_stack([colour, np.ones(len(colour))]),
-                indices=_wound(setup[f"{name}_faces"], flip),
+                indices=_wound(state.get(f"{name}_faces", setup[f"{name}_faces"]), flip),
                 material=self._cloth,
             )
             self._nodes.append(self._scene.add(pyrender.Mesh([prop]), pose=FLIP))

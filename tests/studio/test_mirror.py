@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.optimize import minimize
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.studio.mirror import Mirror, lines_of_sight
+from abs_engine.studio.plane_cut import cut_off
 
 FRONTAL = np.array([[-40, -30, 1000], [40, -30, 1000], [40, 30, 1000], [-40, 30, 1000]], float)
 DIAGONAL = Mirror(np.array([[-50, -90, 1050], [50, -90, 950], [50, 90, 950], [-50, 90, 1050]]))
@@ -130,3 +132,25 @@ def test_head_behind_the_mirror_is_refused_with_its_distance() -> None:
     mirror.check_before(np.array([[0, 0, 999.0]]))
     with pytest.raises(ParameterError, match="25 mm behind"):
         mirror.check_before(np.array([[0, 0, 900.0], [10, 0, 1025.0]]))
+
+
+def test_a_solid_is_cut_off_at_a_plane_that_passes_through_it() -> None:
+    """A box of 2 x 3 x 5 is cut at a slant: what is left has half its skin, wound as before."""
+    box = trimesh.creation.box((2.0, 3.0, 5.0))
+    height = box.vertices @ [0.6, 0.0, 0.8]  # through the middle
+    part = cut_off(np.asarray(box.faces, np.int32), height)
+    left = trimesh.Trimesh(part.of(box.vertices), part.faces, process=False)
+    assert left.area == pytest.approx(box.area / 2)
+    assert left.triangles.reshape(-1, 3) @ [0.6, 0, 0.8] == pytest.approx(
+        np.maximum(left.triangles.reshape(-1, 3) @ [0.6, 0, 0.8], 0), abs=1e-12
+    )
+    assert np.all(np.einsum("fc,fc->f", left.face_normals, left.triangles_center) > 0)
+
+
+def test_a_solid_before_a_plane_is_left_whole_and_one_behind_it_is_gone() -> None:
+    box = trimesh.creation.box((2.0, 3.0, 5.0))
+    faces = np.asarray(box.faces, np.int32)
+    whole = cut_off(faces, box.vertices[:, 2] + 3)
+    assert np.array_equal(whole.faces, faces)
+    assert np.array_equal(whole.of(box.vertices), box.vertices)
+    assert len(cut_off(faces, box.vertices[:, 2] - 3).faces) == 0

@@ -196,6 +196,71 @@ def test_in_a_mirror_as_well(speaker, shots):
     assert (facing[inside] < 0.1).mean() > 0.98  # what is seen faces the camera, mirrored or not
 
 
+TURNED = """
+format = "abs_engine.scene"
+version = 1
+shirt = false
+[[camera]]
+name = "glass"
+size = [192, 144]
+field_of_view_degrees = 47
+position = [0, 0, 700]
+target = [0, 0, 60]
+mirror = { corners = [[-60, -180, 980], [260, -180, 860], [260, 180, 860], [-60, 180, 980]] }
+[[clip]]
+frames = 2
+motion = { amount = 0, keys = [{ time = 0, turn_degrees = [0, 150, 0] }] }
+"""
+"""A head that looks into a mirror behind it, of which it hides a part."""
+
+
+def test_landmarks_in_a_mirror_are_hidden_by_the_head_before_it(speaker):
+    scene = complete(parse_scene(TURNED))
+    plan = plan_clip(scene, 0, speaker, Cast(speaker, ()), Path(), "")
+    with Take(speaker, plan, 0, ()) as take:
+        _, shot = next(take.film(0, 2))
+    column, row = np.rint(shot.mirror_pixels).astype(int).T
+    on_it = Mirror(plan.views[0].mirror).mask(plan.views[0].camera)[row, column]
+    assert shot.glass[row, column][shot.mirror_seen].all()
+    assert 10 < shot.mirror_seen.sum() < on_it.sum() - 5
+
+
+BESIDE = """
+format = "abs_engine.scene"
+version = 1
+shirt = false
+[[camera]]
+name = "glass"
+size = [192, 144]
+field_of_view_degrees = 47
+position = [60, 30, 700]
+target = [60, 0, 60]
+mirror = { corners = [[50, -180, 800], [250, -180, 450], [250, 180, 450], [50, 180, 800]] }
+[[occluder]]
+kind = "microphone"
+start = -1.0
+end = 5.0
+offset = [300, 20, -20]
+[[clip]]
+frames = 2
+motion = { amount = 0 }
+"""
+"""A microphone behind a mirror, where its image would come before the head's."""
+
+
+def test_what_is_behind_a_mirror_is_not_seen_in_it(speaker):
+    shots = []
+    for text in (BESIDE, BESIDE.replace("frames = 2", "frames = 2\noccluders = []")):
+        plan = plan_clip(complete(parse_scene(text)), 0, speaker, Cast(speaker, ()), Path(), "")
+        with Take(speaker, plan, 0, ()) as take:
+            shots.append(next(take.film(0, 2))[1])
+    behind, alone = shots
+    assert alone.mirror_seen.sum() > 10
+    assert (behind.mirror_seen == alone.mirror_seen).all()
+    assert (behind.ids == alone.ids).all()
+    assert not behind.cover.any()
+
+
 def test_flow_takes_points_where_they_are_in_the_next_frame(speaker, shots):
     plan, out = shots
     for name in ("ideal", "bent"):
