@@ -92,6 +92,17 @@ class Board:
                     f"there are no markers '{self.dictionary}'",
                     "give one such as 4X4_50 or 5X5_100",
                 )
+            needed, there = self.columns * self.rows // 2, len(self.markers().bytesList)
+            if needed > there:
+                raise ParameterError(
+                    f"a board of {self.columns} x {self.rows} squares has {needed} markers, "
+                    f"{self.dictionary} has only {there}",
+                    "give the dictionary that it was printed with, such as 4X4_1000",
+                )
+
+    def markers(self) -> cv2.aruco.Dictionary:
+        """OpenCV's dictionary of a ChArUco's markers."""
+        return cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{self.dictionary}"))
 
     @property
     def marker_side(self) -> float:
@@ -139,7 +150,7 @@ class Board:
         return None
 
     def _find_charuco(self, grey: Image, legacy: bool) -> Corners | None:
-        kinds = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{self.dictionary}"))
+        kinds = self.markers()
         board = cv2.aruco.CharucoBoard(
             (self.columns, self.rows), self.square, self.marker_side, kinds
         )

@@ -57,7 +57,7 @@ def _lines(board: Board, squares: int) -> FloatArray:
     """Lines along a side at which the colour may change, mm from the print's edge, rising."""
     inner = np.zeros(1)
     if board.kind == "charuco":
-        bits = _dictionary(board).markerSize + 2  # a black border of one bit
+        bits = board.markers().markerSize + 2  # a black border of one bit
         edge = (board.square - board.marker_side) / 2
         inner = np.concatenate([inner, edge + board.marker_side / bits * np.arange(bits + 1)])
     lines = (board.square * np.arange(squares)[:, None] + inner).ravel()
@@ -70,17 +70,13 @@ def _cells(board: Board, x: FloatArray, y: FloatArray) -> NDArray[np.uint8]:
     if board.kind == "chessboard":
         odd = (rows.astype(int)[:, None] + columns.astype(int)) % 2
         return np.asarray(255 * odd, np.uint8)
-    kinds = _dictionary(board)
+    kinds = board.markers()
     side = _FINE * (kinds.markerSize + 4)
     drawn = cv2.aruco.CharucoBoard(
         (board.columns, board.rows), board.square, board.marker_side, kinds
     ).generateImage((board.columns * side, board.rows * side))
     at = np.ix_((rows * side).astype(int), (columns * side).astype(int))
     return np.asarray(drawn[at], np.uint8)
-
-
-def _dictionary(board: Board) -> cv2.aruco.Dictionary:
-    return cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{board.dictionary}"))
 
 
 def _quads(left: FloatArray, right: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:

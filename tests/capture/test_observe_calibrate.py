@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from observe_session import BOARD, board_poses
@@ -50,6 +51,17 @@ def test_corners_are_found_where_they_were_drawn(board):
         away = min(away, corners.pixels - turned, key=lambda d: np.abs(d).max())
     assert np.sqrt((away**2).sum(axis=1).mean()) < 0.12
     assert board.find(np.full((300, 400, 3), 90, np.uint8)) is None
+
+
+def test_a_board_has_no_more_markers_than_its_dictionary():
+    for columns, rows in ((10, 10), (9, 11), (7, 14)):
+        board = Board("charuco", columns, rows, 24.0)
+        drawn = cv2.aruco.CharucoBoard((columns, rows), 24.0, 18.0, board.markers())
+        assert len(drawn.getIds()) == columns * rows // 2 <= 50
+    with pytest.raises(ParameterError, match="52 markers, 4X4_50 has only 50; .* 4X4_1000"):
+        Board("charuco", 7, 15, 24.0)
+    Board("charuco", 7, 15, 24.0, dictionary="4X4_100")
+    Board("chessboard", 20, 20, 24.0)
 
 
 def test_a_camera_comes_back_from_pictures():

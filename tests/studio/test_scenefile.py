@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from argparse import Namespace
 from dataclasses import fields, is_dataclass, replace
@@ -19,7 +20,7 @@ from abs_engine.io.assets import load_speaker
 from abs_engine.studio import filming
 from abs_engine.studio.appearance.look import Light, LightKey
 from abs_engine.studio.appearance.optics import Sensor
-from abs_engine.studio.cameras import check_view, lens, stand
+from abs_engine.studio.cameras import check_view, glass, lens, stand
 from abs_engine.studio.cast import Cast, person_of
 from abs_engine.studio.finish import clip_entry
 from abs_engine.studio.motion import head_poses, keyed, ramp
@@ -30,6 +31,7 @@ from abs_engine.studio.scenefile import (
     ClipEntry,
     EventEntry,
     HeadKey,
+    MirrorEntry,
     MotionEntry,
     OccluderEntry,
     SceneFile,
@@ -228,6 +230,30 @@ def test_what_a_scene_may_not_say(text, words):
         ("[[camera]]\nmirror = {}", "both corners and a centre, or neither"),
         ("[[camera]]\nmirror = { centre = [0, 0, 400], yaw_degrees = 20 }", "behind the mirror"),
         ("[[camera]]\nmirror = { centre = [0, 0, -400] }", "camera 'camera': a corner"),
+        ("ambient = -1.0", "ambient is -1; give 0 or more"),
+        ("roughness = 5.0", "roughness is 5; give 0 to 1"),
+        ("shirt = [2.0, 0, 0]", "the colour of the shirt is 2, 0, 0; give 0 to 1"),
+        ("[background]\ntop = [300, -5, 0]", "a colour of the background is not 0 to 255"),
+        ("[background]\nbottom = [0, 0, -1]", "a colour of the background is not 0 to 255"),
+        ("[background]\nclutter = -2", "its clutter is negative"),
+        ("[[camera]]\nexposure = -1.0", "the exposure of camera 'camera' is -1"),
+        ('[[light]]\nname = "a"\ndirection = [0, 0, -1]\ncolour = [0, -1, 0]', "negative intensity"),
+        (
+            '[[light]]\nname="a"\ndirection=[0,0,-1]\nkeys=[{time=1,intensity=-1}]',
+            "light 'a' has a negative intensity or colour",
+        ),
+        ("[[clip]]\nmotion = { seed = -3 }", "the motion's seed of clip 'clip-1' is -3"),
+        ('[[speaker]]\nname = "x"\nseed = -1', "the seed of speaker 'x' is -1"),
+        ('[[occluder]]\nkind = "hand"\nstart = 1\nend = 2\nseed = -1', "seed of occluder 'hand'"),
+        (
+            '[[occluder]]\nkind = "hand"\nstart = 1\nend = 2\ncolour = [300, 0, 0]',
+            "the colour of occluder 'hand' is 300, 0, 0; give 0 to 255",
+        ),
+        (
+            '[[occluder]]\nkind = "board"\nstart = 1\nend = 2\n'
+            'board = { kind = "charuco", columns = 20, rows = 20, square = 5.0 }',
+            "a board of 20 x 20 squares has 200 markers, 4X4_50 has only 50",
+        ),
         ('[[speaker]]\nname = "x"\nskin = "pink"\n[[clip]]\nspeaker = "x"', "skin tone 'pink'"),
         ('[[speaker]]\nname = "x"\nrandom = -1\n[[clip]]\nspeaker = "x"', "negative seed"),
     ],
@@ -506,6 +532,15 @@ def test_the_reference_can_be_filmed(speaker):
     assert [view.mirror is not None for view in made.views] == [False, True, False]
     assert len(made.dots) == 17
     assert {prop.code for prop in made.props} == {OTHER, HAND}
+
+
+def test_the_references_mirror_is_the_same_by_its_corners():
+    text = next(p for p in SCENES if p.name == "reference.toml").read_text()
+    standing = parse_scene(text).camera[1].mirror
+    corners = tuple(map(tuple, json.loads(re.search(r"^# corners = (.*)$", text, re.M)[1])))
+    np.testing.assert_allclose(
+        glass(MirrorEntry(corners=corners), "glass"), glass(standing, "glass"), atol=1
+    )
 
 
 @pytest.mark.parametrize("name", ["short", "short.toml"])

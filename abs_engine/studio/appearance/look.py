@@ -48,7 +48,7 @@ class Light:
     Raises
     ------
     ParameterError
-        If the direction has no length, the intensity is negative, or keys are out of order.
+        If a direction has no length, an intensity or colour is negative, or keys are out of order.
     """
 
     direction: tuple[float, float, float]
@@ -59,10 +59,15 @@ class Light:
 
     def __post_init__(self) -> None:
         directions = [self.direction, *(k.direction for k in self.keys if k.direction is not None)]
-        if any(not np.any(d) for d in directions) or self.intensity < 0:
+        if any(not np.any(d) for d in directions):
             raise ParameterError(
-                f"light '{self.name}' has no direction or a negative intensity",
+                f"light '{self.name}' has no direction",
                 "give the direction in which its light travels",
+            )
+        rows = np.array([self._row(key) for key in (LightKey(0.0), *self.keys)])
+        if rows[:, 3:].min() < 0:
+            raise ParameterError(
+                f"light '{self.name}' has a negative intensity or colour", "give 0 or more"
             )
         times = [k.time for k in self.keys]
         if any(b <= a for a, b in pairwise(times)):

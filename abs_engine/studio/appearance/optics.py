@@ -95,12 +95,25 @@ class Background:
         Height, in grey levels, of soft blobs of colour, as of a room out of focus; 0 is off.
     picture : str
         A picture file that is laid behind the head instead; '' is off.
+
+    Raises
+    ------
+    ParameterError
+        If a colour is not 0 to 255, or the clutter negative.
     """
 
     top: Colour = (118.0, 128.0, 134.0)
     bottom: Colour = (74.0, 82.0, 90.0)
     clutter: float = 0.0
     picture: str = ""
+
+    def __post_init__(self) -> None:
+        levels = (*self.top, *self.bottom)
+        if not 0 <= min(levels) <= max(levels) <= 255 or self.clutter < 0:
+            raise ParameterError(
+                "a colour of the background is not 0 to 255, or its clutter is negative",
+                "give colours of 0 to 255, and a clutter of 0 or more",
+            )
 
 
 def backdrop(camera: Camera, background: Background, seed: int = 0) -> Float32Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -47,7 +47,7 @@ def complete(scene: SceneFile) -> SceneFile:
     ------
     ParameterError
         If a name is given twice, is one of the dataset's own, makes no file name, or means
-        nothing; the nearest is named. If the rate, a size or a time is impossible.
+        nothing; the nearest is named. If the rate, a size, a time or another number is impossible.
     """
     if not 0 < scene.rate <= FASTEST:
         raise ParameterError(
@@ -55,8 +55,6 @@ def complete(scene: SceneFile) -> SceneFile:
             f"give a rate above 0, of {FASTEST} at most",
         )
     check_size(scene.size)
-    if scene.seed < 0:
-        raise ParameterError(f"the seed is {scene.seed}", "give 0 or more")
     if scene.shirt is True:
         raise ParameterError("shirt = true names no colour", "give [r, g, b] or false")
     lamps = tuple(LightEntry(k.name, k.direction, k.intensity, k.colour) for k in (KEY, FILL))
@@ -74,7 +72,32 @@ def complete(scene: SceneFile) -> SceneFile:
     for event in scene.event:
         _check_event(event)
         pick("camera", scene.camera, event.cameras, f"event '{event.name}'")
+    for what, values, most in _ranges(scene):
+        if not all(0 <= value <= most for value in values):
+            given = ", ".join(f"{value:g}" for value in values)
+            wanted = "0 or more" if most == np.inf else f"0 to {most:g}"
+            raise ParameterError(f"{what} is {given}", f"give {wanted}")
     return scene
+
+
+def _ranges(scene: SceneFile) -> Iterator[tuple[str, Sequence[float], float]]:
+    """Numbers that may not be below zero: of what, they themselves, and the most that they may be.
+
+    The parts of a scene that check themselves, such as lights, are not among them.
+    """
+    yield "the seed", [scene.seed], np.inf
+    yield "ambient", [scene.ambient], np.inf
+    yield "roughness", [scene.roughness], 1
+    yield "the colour of the shirt", scene.shirt or [], 1
+    for camera in scene.camera:
+        yield f"the exposure of camera '{camera.name}'", [camera.exposure], np.inf
+    for speaker in scene.speaker:
+        yield f"the seed of speaker '{speaker.name}'", [speaker.seed or 0], np.inf
+    for occluder in scene.occluder:
+        yield f"the seed of occluder '{occluder.name}'", [occluder.seed], np.inf
+        yield f"the colour of occluder '{occluder.name}'", occluder.colour or [], 255
+    for clip in scene.clip:
+        yield f"the motion's seed of clip '{clip.name}'", [clip.motion.seed or 0], np.inf
 
 
 def _check_names(kind: str, names: Sequence[str]) -> None:
