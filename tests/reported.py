@@ -21,6 +21,7 @@ from abs_engine.tracking.run_mesh import RunMesh
 FRAMES = 30
 SHIFT_MM = 2.0
 LOST = 7
+PAUSED, PAUSE = 12, 0.5
 GREY, GREY_STEP = 20, 7
 
 
@@ -70,6 +71,12 @@ def write_shifted(folder: Path) -> Path:
 def write_exact(folder: Path) -> Path:
     """A run that found the truth."""
     return _write(folder, {}, np.ones(FRAMES, bool), shift=0.0)
+
+
+def write_uneven(folder: Path) -> Path:
+    """A run of a video that begins at 2 s and stands still for half a second in its middle."""
+    time = 2 + np.arange(FRAMES) / truth().rate + np.where(np.arange(FRAMES) < PAUSED, 0, PAUSE)
+    return _write(folder, {"time": time}, np.ones(FRAMES, bool), shift=0.0)
 
 
 def _write(folder: Path, changed: dict, found: np.ndarray, shift: float = SHIFT_MM) -> Path:

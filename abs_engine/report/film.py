@@ -53,7 +53,11 @@ def filmed(
 
 
 def shorten(
-    pictures: Iterable[Image], rate: float, frames: int, wanted: Collection[int]
+    pictures: Iterable[Image],
+    rate: float,
+    frames: int,
+    wanted: Collection[int],
+    times: FloatArray | None = None,
 ) -> tuple[Film, dict[int, Image]]:
     """The first frames of a video as a small film, and the wanted pictures as they are.
 
@@ -66,6 +70,8 @@ def shorten(
         Length of the film.
     wanted : collection of int
         Frames, which may lie behind the end of the film.
+    times : (T,) float64, s, optional
+        When each frame is shown, where that is not at even steps.
 
     Raises
     ------
@@ -85,14 +91,13 @@ def shorten(
                 size = picture.shape[1], picture.shape[0]
                 window = Window(0, 0, *size, min(1.0, LARGEST_WIDTH / size[0]))
                 if writer is None:
-                    made = VideoWriter(path, window.drawn, rate, QUALITY)
+                    uneven = times is not None
+                    made = VideoWriter(path, window.drawn, rate, QUALITY, uneven=uneven)
                     writer = stack.enter_context(made)
                 if number < frames:
-                    writer.write(
-                        np.asarray(
-                            picture if window.scale == 1 else window.sample(picture), np.uint8
-                        )
-                    )
+                    small = picture if window.scale == 1 else window.sample(picture)
+                    time = None if times is None else float(times[number] - times[0])
+                    writer.write(np.asarray(small, np.uint8), time)
                 if number in wanted:
                     kept[number] = picture
                 if number == last:

@@ -225,7 +225,7 @@ def _without_truth(
         sureness = sureness_series(head.arrays)
         systems.append(replace(system, sureness=sureness, facts=run_facts(head.folder)))
     tell("reading the video")
-    shown, _ = shorten(read_frames(video), first.rate, played, ())
+    shown, _ = shorten(read_frames(video), first.rate, played, (), first.uneven_times)
     return ReportData(
         title=f"{video.name}: tracked",
         subtitle=_subtitle(len(first), first.rate, first.camera) + "; no ground truth",

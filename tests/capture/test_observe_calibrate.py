@@ -58,7 +58,7 @@ def test_a_board_has_no_more_markers_than_its_dictionary():
         board = Board("charuco", columns, rows, 24.0)
         drawn = cv2.aruco.CharucoBoard((columns, rows), 24.0, 18.0, board.markers())
         assert len(drawn.getIds()) == columns * rows // 2 <= 50
-    with pytest.raises(ParameterError, match="52 markers, 4X4_50 has only 50; .* 4X4_1000"):
+    with pytest.raises(ParameterError, match=r"52 markers, 4X4_50 has only 50; .* 4X4_1000"):
         Board("charuco", 7, 15, 24.0)
     Board("charuco", 7, 15, 24.0, dictionary="4X4_100")
     Board("chessboard", 20, 20, 24.0)

@@ -31,6 +31,8 @@ def pages(tmp_path_factory, browser):
     write_report([*runs, marks], place / "scored.html", ReportOptions(truth))
     film = reported.write_film(place / "film.mp4")
     write_report(runs[1:], place / "plain.html", ReportOptions(video=film))
+    uneven = reported.write_uneven(place / "uneven")
+    write_report([uneven], place / "uneven.html", ReportOptions(video=film))
     return place
 
 
@@ -78,6 +80,30 @@ def seek(browser, frame):
 
 def frame_of(grey):
     return (grey - reported.GREY) / reported.GREY_STEP
+
+
+def test_a_film_of_uneven_frames_is_played_at_their_times(browser, pages):
+    browser.open(pages / "uneven.html")
+    for frame in (reported.PAUSED - 1, reported.PAUSED, 25):
+        seek(browser, frame)
+        assert browser.run("return report.frame") == frame
+        assert frame_of(canvas(browser, ".film")[4, 4].mean()) == pytest.approx(frame, abs=0.6)
+    assert browser.run("return document.getElementById('where').textContent") == "frame 25, 3.50 s"
+    seek(browser, 0)
+    seen = browser.wait("""
+        const drawn = document.querySelector('.film canvas'), seen = [];
+        document.getElementById('play').click();
+        (function look() {
+          const c = drawn.getContext('2d').getImageData(4, 4, 1, 1).data;
+          seen.push([report.frame, c[0], report.film.currentTime]);
+          if (report.frame < 20) requestAnimationFrame(look); else done(seen);
+        })();""")
+    browser.run("document.getElementById('play').click()")
+    frames, greys, times = np.array(seen).T
+    assert len(set(frames)) > 8
+    assert np.abs(frame_of(greys) - frames).max() < 1.5
+    late = times - frames / 25 - np.where(frames < reported.PAUSED, 0, reported.PAUSE)
+    assert np.abs(late[frames != reported.PAUSED - 1]).max() < 0.2
 
 
 @pytest.mark.parametrize("name", ["plain", "scored"])

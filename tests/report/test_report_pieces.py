@@ -13,6 +13,7 @@ from reported import unpacked
 
 from abs_engine.core.errors import VideoError
 from abs_engine.evaluate.estimate import Estimate
+from abs_engine.io.video import probe
 from abs_engine.report.charts import lip_chart
 from abs_engine.report.data import ReportData, Series
 from abs_engine.report.drawing.colours import (
@@ -185,6 +186,14 @@ def test_a_film_is_cut_and_made_smaller():
     assert kept[4].max() == 40
     with pytest.raises(VideoError, match="the video has 6 frames"):
         shorten(iter(pictures), 25.0, 7, ())
+
+
+def test_frames_of_the_film_have_their_own_times(tmp_path):
+    pictures = [np.full((60, 80, 3), 10 * k, np.uint8) for k in range(6)]
+    times = np.array([3.0, 3.04, 3.08, 4.1, 4.14, 4.18])
+    film, _ = shorten(iter(pictures), 25.0, 5, (), times)
+    (tmp_path / "film.mp4").write_bytes(film.content)
+    assert probe(tmp_path / "film.mp4").times == pytest.approx([0, 0.04, 0.08, 1.1, 1.14])
 
 
 def test_the_scale_of_errors_ends_at_a_round_number():

@@ -237,7 +237,10 @@ def test_what_a_scene_may_not_say(text, words):
         ("[background]\nbottom = [0, 0, -1]", "a colour of the background is not 0 to 255"),
         ("[background]\nclutter = -2", "its clutter is negative"),
         ("[[camera]]\nexposure = -1.0", "the exposure of camera 'camera' is -1"),
-        ('[[light]]\nname = "a"\ndirection = [0, 0, -1]\ncolour = [0, -1, 0]', "negative intensity"),
+        (
+            '[[light]]\nname = "a"\ndirection = [0, 0, -1]\ncolour = [0, -1, 0]',
+            "negative intensity",
+        ),
         (
             '[[light]]\nname="a"\ndirection=[0,0,-1]\nkeys=[{time=1,intensity=-1}]',
             "light 'a' has a negative intensity or colour",

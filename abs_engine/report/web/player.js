@@ -5,6 +5,7 @@ class Player {
   constructor(told, film, onframe) {
     this.rate = told.rate;
     this.length = told.played;
+    this.times = told.times.slice(0, told.played).map((one) => one - told.times[0]);
     this.film = film;
     this.onframe = onframe;
     this.frame = 0;
@@ -17,7 +18,7 @@ class Player {
       if (film.requestVideoFrameCallback) {
         const seen = (_now, facts) => {
           // a seek that is not yet done must not take the slider back
-          if (!film.seeking) this.show(Math.round(facts.mediaTime * this.rate));
+          if (!film.seeking) this.show(frameAt(told.times[0] + facts.mediaTime));
           film.requestVideoFrameCallback(seen);
         };
         film.requestVideoFrameCallback(seen);
@@ -30,10 +31,21 @@ class Player {
     this.onframe(this.frame);
   }
 
+  // The last frame that has begun at a time, and when a frame ends, s since the first.
+  begun(time) {
+    const next = this.times.findIndex((one) => one > time + 1e-4);
+    return next < 0 ? this.length - 1 : next - 1;
+  }
+
+  end(frame) {
+    return frame + 1 < this.length ? this.times[frame + 1] : this.times[frame] + 1 / this.rate;
+  }
+
   seek(frame) {
     if (frame >= this.length) return;
     this.pause();
-    if (this.film) this.film.currentTime = (frame + 0.5) / this.rate;
+    const from = this.times[frame], within = Math.min(this.end(frame) - from, 1 / this.rate) / 2;
+    if (this.film) this.film.currentTime = from + within;
     this.show(frame);
   }
 
@@ -64,17 +76,17 @@ class Player {
   // Where the browser does not tell which picture it shows.
   follow() {
     if (this.film.requestVideoFrameCallback || !this.playing) return;
-    this.show(Math.floor(this.film.currentTime * this.rate + 1e-3));
+    this.show(this.begun(this.film.currentTime));
     requestAnimationFrame(() => this.follow());
   }
 
   // Without a video.
   tick(now) {
     if (!this.playing) return;
-    if (this.began === null) this.began = now - 1000 * this.frame / this.rate / this.speed;
-    const frame = Math.floor((now - this.began) * this.speed / 1000 * this.rate);
-    if (frame >= this.length) this.began = null;
-    const next = frame >= this.length ? 0 : frame;
+    if (this.began === null) this.began = now - 1000 * this.times[this.frame] / this.speed;
+    const time = (now - this.began) * this.speed / 1000, ended = time >= this.end(this.length - 1);
+    if (ended) this.began = null;
+    const next = ended ? 0 : this.begun(time);
     if (next !== this.frame) this.show(next);
     requestAnimationFrame((later) => this.tick(later));
   }

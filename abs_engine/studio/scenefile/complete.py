@@ -88,14 +88,14 @@ def _ranges(scene: SceneFile) -> Iterator[tuple[str, Sequence[float], float]]:
     yield "the seed", [scene.seed], np.inf
     yield "ambient", [scene.ambient], np.inf
     yield "roughness", [scene.roughness], 1
-    yield "the colour of the shirt", scene.shirt or [], 1
+    yield "the colour of the shirt", scene.shirt if isinstance(scene.shirt, tuple) else (), 1
     for camera in scene.camera:
         yield f"the exposure of camera '{camera.name}'", [camera.exposure], np.inf
     for speaker in scene.speaker:
         yield f"the seed of speaker '{speaker.name}'", [speaker.seed or 0], np.inf
     for occluder in scene.occluder:
         yield f"the seed of occluder '{occluder.name}'", [occluder.seed], np.inf
-        yield f"the colour of occluder '{occluder.name}'", occluder.colour or [], 255
+        yield f"the colour of occluder '{occluder.name}'", occluder.colour or (), 255
     for clip in scene.clip:
         yield f"the motion's seed of clip '{clip.name}'", [clip.motion.seed or 0], np.inf
 
