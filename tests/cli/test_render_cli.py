@@ -315,6 +315,23 @@ def test_what_has_no_effect_on_a_run_is_refused(fails, place):
     assert "--person does not go with RUN" in fails(*error, "--person", "kofi")
 
 
+@pytest.mark.parametrize("kind", ["portrait", "ids", "depth"])
+def test_a_head_that_is_shown_from_all_sides_is_not_turned(fails, kind):
+    all_round = "which shows the head from all sides; leave one of them out"
+    assert f"--turn does not go with --views, {all_round}" in fails(
+        kind, "--turn", 30, "--views", 4
+    )
+    assert f"--turn does not go with an MP4, {all_round}" in fails(kind, "--turn", 9, name="a.mp4")
+
+
+def test_what_has_no_effect_on_other_styles_or_films_is_refused(fails, place):
+    run = place / "run"
+    for style in ("contour", "wireframe"):
+        line = fails("overlay", run, "--style", style, "--palette", "clay")
+        assert f"a {style} has no --palette; give --style blend" in line
+    assert "a film has no --columns" in fails("nomogram", "--columns", 3, name="n.mp4")
+
+
 def test_a_wrong_head_is_refused_before_a_renderer_is_opened(fails, place, monkeypatch):
     opened: list[object] = []
     monkeypatch.setattr("abs_engine.render.select.open_renderer", opened.append)

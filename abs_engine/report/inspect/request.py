@@ -81,7 +81,8 @@ class Request:
     Raises
     ------
     ParameterError
-        If something was chosen that the kind does not take, or a number is not finite.
+        If something was chosen that the kind does not take, or that would be without effect
+        beside the rest, or a number is not finite.
     """
 
     kind: str
@@ -119,6 +120,7 @@ class Request:
         if self.units and "units" not in CHOICES[self.kind]:
             self._refuse("units")
         self._check_head()
+        self._check_effects()
         if self.truth is None and (self.clip is not None or self.camera is not None):
             raise ParameterError("without a dataset there is no clip or camera", "give --truth")
         if not np.isfinite([self.turn, self.weight]).all():
@@ -145,6 +147,20 @@ class Request:
             if getattr(self, name) != default:
                 flag, by = FLAGS.get(name, f"--{name}"), "RUN" if self.run else "--truth"
                 raise ParameterError(f"{flag} does not go with {by}", "leave one of them out")
+
+    def _check_effects(self) -> None:
+        """Refuse choices that another one, or a film, leaves without effect."""
+        film = self.output.suffix.lower() == ".mp4"
+        if self.kind in ("portrait", *LABEL_KINDS) and self.turn and (self.views or film):
+            raise ParameterError(
+                f"--turn does not go with {'--views' if self.views else 'an MP4'}, "
+                "which shows the head from all sides",
+                "leave one of them out",
+            )
+        if self.palette is not None and self.kind == "overlay" and self.style != "blend":
+            raise ParameterError(f"a {self.style} has no --palette", "give --style blend with it")
+        if self.columns is not None and film:
+            raise ParameterError("a film has no --columns", "let the file's name end in .png")
 
     def _refuse(self, name: str) -> None:
         flag = FLAGS.get(name, f"--{name}")
