@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from abs_engine.core.arrays import Image
-from abs_engine.core.errors import VideoError
+from abs_engine.core.errors import ParameterError, VideoError
 from abs_engine.io.video import probe, read_frames
 
 _USUAL_RATE, _MOST_RATE = 25.0, 240.0  # of a source that does not say; one that says more is wrong
@@ -139,13 +139,17 @@ def _waited(until: float) -> float:
 
 
 def open_feed(source: str, repeat: int = 1) -> Feed:
-    """A camera by its number or device, a URL, or else a file.
+    """A camera by its number or device, a URL, or else a file, which can be repeated.
 
     Raises
     ------
+    ParameterError
+        If something else is to be repeated.
     InputFileError, VideoError
         If it cannot be read.
     """
     if source.isdecimal() or source.startswith("/dev/") or "://" in source:
+        if repeat != 1:
+            raise ParameterError("--repeat is for files", "leave it out, or give a file")
         return StreamFeed(source)
     return FileFeed(Path(source), repeat)

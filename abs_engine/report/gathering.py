@@ -123,6 +123,8 @@ def write_report(
     if options.truth is None:
         if options.clip is not None or options.camera is not None:
             raise ParameterError("without a dataset there is no clip or camera", "give --truth")
+        if options.seed:
+            raise ParameterError("a seed is for scores, which need a dataset", "give --truth")
         data = _without_truth(paths, options, tell)
     elif options.speaker is not None:
         raise ParameterError("a dataset brings its own head", "leave out --speaker, or --truth")

@@ -103,6 +103,38 @@ def tracks(monkeypatch: pytest.MonkeyPatch) -> list[Tracks]:
     return given
 
 
+@pytest.mark.parametrize(
+    ("what", "option", "use"),
+    [
+        ("markers.csv", ("--review", "review.csv"), "videos"),
+        ("markers.c3d", ("--overlay", "overlay.mp4"), "videos"),
+        ("markers.csv", ("--corrections", "corrections.csv"), "videos"),
+        ("markers.csv", ("--points", "points.csv"), "videos"),
+        ("markers.csv", ("--calibration", "camera.json"), "videos"),
+        ("markers.csv", ("--largest-error", "3"), "videos"),
+        ("markers.csv", ("--squares", "7", "5"), "calibrate"),
+        ("markers.csv", ("--mirror",), "calibrate"),
+        ("left.mp4", ("--rename", "a=b"), "marker files"),
+        ("left.mp4", ("--rate", "60"), "marker files"),
+        ("left.mp4", ("--unit", "mm"), "marker files"),
+        ("left.mp4", ("--board", "charuco"), "calibrate"),
+        ("calibrate", ("--rigid", "a,b,c"), "videos and marker files"),
+        ("calibrate", ("--rate", "60"), "marker files"),
+        ("calibrate", ("--review", "review.csv"), "videos"),
+    ],
+)
+def test_options_for_something_else_are_refused(tmp_path, monkeypatch, capsys, what, option, use):
+    monkeypatch.chdir(tmp_path)
+    for name in (n for n in option if n in ("corrections.csv", "points.csv", "camera.json")):
+        (tmp_path / name).touch()
+    there = sorted(tmp_path.iterdir())
+    output = "o.json" if what == "calibrate" else "o.npz"
+    assert main(["observe", what, *option, "-o", output]) == 2
+    said = capsys.readouterr().err
+    assert said == f"abs-engine: error: {option[0]} is for {use}; leave it out\n"
+    assert sorted(tmp_path.iterdir()) == there
+
+
 def test_calibrations_are_in_the_order_of_their_pair(files, capsys):
     files.cameras.reverse()
     said = files.refused(capsys)

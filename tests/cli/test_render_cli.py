@@ -317,11 +317,10 @@ def test_what_has_no_effect_on_a_run_is_refused(fails, place):
 
 @pytest.mark.parametrize("kind", ["portrait", "ids", "depth"])
 def test_a_head_that_is_shown_from_all_sides_is_not_turned(fails, kind):
-    all_round = "which shows the head from all sides; leave one of them out"
-    assert f"--turn does not go with --views, {all_round}" in fails(
-        kind, "--turn", 30, "--views", 4
-    )
-    assert f"--turn does not go with an MP4, {all_round}" in fails(kind, "--turn", 9, name="a.mp4")
+    rest = "which shows the head from all sides; leave one of them out"
+    line = fails(kind, "--turn", 30, "--views", 4)
+    assert f"--turn does not go with --views, {rest}" in line
+    assert f"--turn does not go with an MP4, {rest}" in fails(kind, "--turn", 30, name="t.mp4")
 
 
 def test_what_has_no_effect_on_other_styles_or_films_is_refused(fails, place):

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
-from abs_engine.core.errors import InputFileError, VideoError
+from abs_engine.core.errors import InputFileError, ParameterError, VideoError
 from abs_engine.io.video import VideoWriter
 from abs_engine.live.feed import FileFeed, StreamFeed, open_feed
 from abs_engine.live.reader import Reader
@@ -214,6 +214,12 @@ def test_a_camera_that_is_unplugged_is_said(monkeypatch):
     assert len(shots) == reader.count == 4
     assert (shots[0].image == [200, 0, 0]).all()  # OpenCV's colours are the other way round
     assert ending(feed, reader) == ("camera 3 gives no more frames: is it unplugged?", True)
+
+
+@pytest.mark.parametrize("source", ["63", "/dev/video63", "http://127.0.0.1:9/none.mp4"])
+def test_what_is_no_file_is_not_repeated(source):
+    with pytest.raises(ParameterError, match="--repeat is for files"):
+        open_feed(source, 3)
 
 
 @pytest.mark.parametrize(

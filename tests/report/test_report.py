@@ -252,6 +252,7 @@ def test_runs_of_different_videos_are_refused(tmp_path):
         (["nothing"], "nothing"),
         (["exact", "--truth", "exact"], "not ground truth"),
         (["exact"], "--video"),
+        (["exact", "--seed", "5"], "a seed is for scores, which need a dataset; give --truth"),
         (["marks.csv"], "marks.csv"),
         (
             ["exact", "--truth", "data", "--video", "long.mp4"],

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from abs_engine.capture.settings import CAPTURE
 from abs_engine.cli.parts import options as take
@@ -36,6 +37,8 @@ with the nose, in rows from the subject's right to the left:
 and others as you like. To correct: look at --overlay, edit the lines of --review, and
 observe again with --corrections. The head frame needs one of --rigid, --pose and --unturned.
 """
+_FOR_VIDEOS, _FOR_FILES, _FOR_BOARDS = "For videos", "For marker files", "For calibrate"
+_OF_HEAD = "The head frame, for videos and marker files"
 _CALIBRATE = Path("calibrate")
 _MARKERS = (".c3d", ".csv")
 _NOT_RIGID = 2.0
@@ -55,7 +58,7 @@ def _rename(text: str) -> tuple[str, str]:
         nargs=-1, required=True),
     take.output("FILE", "observations, or camera.json of the calibration"),
     *take.group(
-        "For videos",
+        _FOR_VIDEOS,
         take.file("--calibration", many=True, metavar="FILE...",
             text="camera.json of one camera with a mirror, or of each of two cameras"),
         take.file("--points", "where the dots are in frame 0, in both views"),
@@ -69,7 +72,7 @@ def _rename(text: str) -> tuple[str, str]:
             text=f"largest reprojection error of a point (default: {CAPTURE.largest_error:g})"),
     ),
     *take.group(
-        "The head frame, for videos and marker files",
+        _OF_HEAD,
         take.option("--rigid", metavar="NAME,NAME,...", text="three or more points on the skull"),
         take.file("--reference",
             "CSV of point, x, y, z: places of the rigid points in the head frame, mm"),
@@ -79,7 +82,7 @@ def _rename(text: str) -> tuple[str, str]:
             text="the head never turns; take its shift from this point"),
     ),
     *take.group(
-        "For marker files",
+        _FOR_FILES,
         take.option("--rename", many=True, type=_rename, metavar="MARKER=POINT...",
             text="names of the points that are markers of other names"),
         take.option("--rate", type=take.positive, metavar="HZ",
@@ -87,7 +90,7 @@ def _rename(text: str) -> tuple[str, str]:
         take.option("--unit", type=take.Choice(("mm", "cm", "m")),
             text="if the file does not state it (default: mm)"),
     ),
-    *take.group("For calibrate", *board_options()),
+    *take.group(_FOR_BOARDS, *board_options()),
     examples="abs-engine observe left.mp4 right.mp4 --calibration left.json right.json "
     "--points dots.csv \\\n    --rigid nose,brow,temple -o dots.npz\n"
     "abs-engine observe markers.c3d --rigid nose,brow,temple -o dots.npz\n"
@@ -105,9 +108,23 @@ def observe(chosen: Chosen) -> Done:
     first, *others = chosen.what
     check_free(chosen.output, ".json" if first == _CALIBRATE else ".npz")
     if first == _CALIBRATE:
+        _check_options(_FOR_BOARDS)
         return calibrate(chosen, others)
-    read = _markers if first.suffix.lower() in _MARKERS else _videos
-    return read(chosen, chosen.what)
+    of_markers = first.suffix.lower() in _MARKERS
+    _check_options(_FOR_FILES if of_markers else _FOR_VIDEOS, _OF_HEAD)
+    return (_markers if of_markers else _videos)(chosen, chosen.what)
+
+
+def _check_options(*sections: str) -> None:
+    """Refuse options of other sections, which would do nothing."""
+    context = click.get_current_context()
+    for one in observe.params:
+        section = getattr(one, "section", "")
+        if section not in {_FOR_VIDEOS, _OF_HEAD, _FOR_FILES, _FOR_BOARDS} - set(sections):
+            continue
+        if context.get_parameter_source(one.name or "") is ParameterSource.COMMANDLINE:
+            use = section.lower().partition("for ")[2]
+            raise ParameterError(f"{one.opts[0]} is for {use}", "leave it out")
 
 
 def _videos(chosen: Chosen, videos: Sequence[Path]) -> Done:
