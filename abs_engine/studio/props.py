@@ -39,6 +39,8 @@ _TURN: dict[str, Place] = {
     "microphone": (-0.75, 0.0, 0.12),
     "board": (0.0, 0.0, 0.0),
 }
+_BETWEEN = 7
+"""Times between two keys at which an occluder is kept off the face."""
 _SWAY = np.array([0.31, 0.47, 0.83])
 
 
@@ -141,12 +143,16 @@ class Occluder:
 
     def offset_at(self, seconds: float) -> NDArray[np.float64]:
         """Offset (3,) float64 from the mouth, mm, head frame, at a time between start and end."""
-        held = self._held(self.offset or (0.0, 0.0, 0.0), self.keyframes, seconds)
+        held = self.held_at(seconds)
         near = smooth((seconds - self.start) / self.travel)
         near *= smooth((self.end - seconds) / self.travel)
         phase = np.random.default_rng(self.seed).uniform(0, 2 * np.pi, 3)
         swayed = held + self.sway * np.sin(2 * np.pi * _SWAY * seconds + phase)
         return np.asarray(self.away + near * (swayed - np.asarray(self.away)), np.float64)
+
+    def held_at(self, seconds: float) -> NDArray[np.float64]:
+        """Offset (3,) at which it is held, without sway; the first before it has come."""
+        return self._held(self.offset or (0.0, 0.0, 0.0), self.keyframes, seconds)
 
     def turn_at(self, seconds: float) -> NDArray[np.float64]:
         """Rotation vector (3,) float64 against the head frame, at a time between start and end."""
@@ -193,6 +199,8 @@ def clear_of(
 ) -> Occluder:
     """Hold the occluder farther out where it would be less than `gap` mm before the face.
 
+    It is looked at when it has come, at all keys, and at `_BETWEEN` times from one to the next.
+
     Parameters
     ----------
     neutral : (V, 3), mm, head frame
@@ -207,12 +215,14 @@ def clear_of(
     """
     front = neutral[neutral[:, 2] > 0]
     near = cKDTree(front[:, :2])
+    mouth, vertices = mouth_of(speaker, neutral), occluder.prop().vertices.astype(np.float64)
     missing = 0.0
-    come = occluder.start + occluder.travel, occluder.offset or (0.0, 0.0, 0.0)
-    for seconds, place in (come, *occluder.keyframes):
-        held = mouth_of(speaker, neutral) + np.asarray(place)
-        pose = Pose.from_vectors(occluder.turn_at(seconds), held)
-        points = pose.apply(occluder.prop().vertices.astype(np.float64))
+    keys = {t for t, _ in (*occluder.keyframes, *occluder.turns)}
+    knots = sorted({occluder.start + occluder.travel, *keys})
+    steps = np.arange((len(knots) - 1) * (_BETWEEN + 1) + 1) / (_BETWEEN + 1)
+    for seconds in np.interp(steps, np.arange(len(knots)), knots).tolist():
+        pose = Pose.from_vectors(occluder.turn_at(seconds), mouth + occluder.held_at(seconds))
+        points = pose.apply(vertices)
         away, who = near.query(points[:, :2], k=6, distance_upper_bound=4.0)
         faced = np.isfinite(away)
         depth = np.append(front[:, 2], -np.inf)[who]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial import cKDTree
 
 from abs_engine.capture.board import Board
 from abs_engine.core.errors import ParameterError
@@ -189,6 +191,28 @@ def test_a_turned_board_keeps_off_the_face(speaker: Speaker) -> None:
     flat = clear_of(replace(near, turns=()), speaker, rest, gap=5.0)
     assert 20 < flat.keyframes[0][1][2] < 40  # off the tip of the nose
     assert held.keyframes[0][1][2] != pytest.approx(flat.keyframes[0][1][2], abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("kind", "moved"),
+    [
+        ("hand", {"turns": ((1.0, (0.0, 1.2, 0.0)),)}),  # its fingers towards the cheek
+        ("microphone", {"offset": (-70, -5, 10), "keyframes": ((1.0, (70, -5, 10)),)}),  # the nose
+    ],
+)
+def test_what_is_moved_keeps_off_the_face_all_the_time(
+    speaker: Speaker, kind: Any, moved: dict[str, Any]
+) -> None:
+    rest = speaker.named("clara")
+    mouth, front = mouth_of(speaker, rest), rest[rest[:, 2] > 0]
+    held = clear_of(Occluder(kind, 0.0, 2.0, 0.2, sway=0.0, **moved), speaker, rest)
+    vertices = held.prop().vertices.astype(np.float64)
+    for seconds in np.linspace(0.2, 1.8, 50):
+        pose = held.pose_at(seconds, mouth)
+        assert pose is not None
+        at = pose.apply(vertices)
+        away, near = cKDTree(front[:, :2]).query(at[:, :2])
+        assert np.all((at[:, 2] > front[near, 2] + 3) | (away > 2)), seconds
 
 
 def test_clear_occluder_is_left_where_it_is(speaker: Speaker) -> None:
