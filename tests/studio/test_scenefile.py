@@ -537,6 +537,21 @@ def test_the_reference_can_be_filmed(speaker):
     assert {prop.code for prop in made.props} == {OTHER, HAND}
 
 
+def test_all_that_the_reference_may_show_can_be_filmed(speaker):
+    read = read_scene(next(p for p in SCENES if p.name == "reference.toml"))
+    names = tuple(one.name or one.kind for one in read.occluder)
+    scene = complete(replace(read, clip=(replace(read.clip[0], occluders=names),)))
+    made = plan_clip(scene, 0, speaker, Cast(speaker, scene.speaker), Path(), "")
+    assert (
+        len(made.props)
+        == len(
+            plan_clip(complete(read), 0, speaker, Cast(speaker, scene.speaker), Path(), "").props
+        )
+        + len(names)
+        - 1
+    )
+
+
 def test_the_references_mirror_is_the_same_by_its_corners():
     text = next(p for p in SCENES if p.name == "reference.toml").read_text()
     standing = parse_scene(text).camera[1].mirror
