@@ -236,19 +236,31 @@ def _guided(
     total = float((residual**2).sum())
     modes, scores, shares = [], [], []
     for predictor, own in zip(predictors, columns, strict=True):
-        left, size, right = np.linalg.svd(residual[:, own], full_matrices=False)
-        if not size[0] ** 2 > _NOTHING * total:
+        left, square, right = _first(residual[:, own])
+        if not square > _NOTHING * total:
             raise ParameterError(
                 f"predictor '{predictor.name}' finds nothing left to explain",
                 "leave it out, or give it other points",
             )
-        score = left[:, 0] * np.sqrt(len(data) - 1) * predictor.orientation(right[0], own)
+        score = left * np.sqrt(len(data) - 1) * predictor.orientation(right, own)
         mode = score @ residual / (score @ score)
         residual = residual - np.outer(score, mode)
         modes.append(mode)
         scores.append(score)
         shares.append((score @ score) * (mode @ mode) / total)
     return _Steps(mean, np.array(modes), np.stack(scores, axis=1), np.array(shares))
+
+
+def _first(rows: FloatArray) -> tuple[FloatArray, float, FloatArray]:
+    """First left singular vector (V,) of rows (V, K), its value squared, and the right one (K,).
+
+    By the smaller Gram matrix: singular values of what filled gaps leave may not converge.
+    """
+    wide = rows.shape[1] > len(rows)
+    values, vectors = np.linalg.eigh(rows @ rows.T if wide else rows.T @ rows)
+    own, square = vectors[:, -1], float(values[-1])
+    other = (rows.T @ own if wide else rows @ own) / np.sqrt(max(square, np.finfo(float).tiny))
+    return (own, square, other) if wide else (other, square, own)
 
 
 def _imputed(
