@@ -15,8 +15,10 @@ import numpy as np
 
 from abs_engine.capture.exchanged import exchanged, most_often
 from abs_engine.core.arrays import BoolArray, FloatArray
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import ParameterError, TooFewPointsError
 from abs_engine.learn.settings import LEARNING
+
+_FEWEST_FRAMES = 4  # for a mode of the dots
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,17 +81,22 @@ class _Law:
         return there + self.mean.reshape(-1, 3)
 
 
-def believe(dots: FloatArray, names: tuple[str, ...]) -> Believed:
-    """Belief in the dots of some frames.
+def believe(dots: FloatArray, names: tuple[str, ...], count: int) -> Believed:
+    """Belief in the dots of some frames, of which the first are to be learned from.
 
     Parameters
     ----------
     dots : (T, K, 3) float64, mm
-        NaN where one was not found; each in one frame at least.
+        NaN where one was not found.
     names : tuple of str, K
+    count : int
+        Of the frames with dots enough the first so many are judged, and filled, by themselves. The
+        others are judged by all: by the first alone, a new movement would pass for a jump.
 
     Raises
     ------
+    TooFewPointsError
+        If a dot is in none of these first frames, or was lost in one of fewer than four.
     ParameterError
         If two dots have each other's places in some frames.
 
@@ -100,10 +107,31 @@ def believe(dots: FloatArray, names: tuple[str, ...]) -> Believed:
     nearest to the median at first, then of all, until what is believed stays the same.
     """
     there = np.asarray(np.isfinite(dots).all(axis=2))
-    count, modes = len(dots), min(LEARNING.dot_modes, len(dots) // 4)
-    flat = np.where(np.repeat(there, 3, axis=1), dots.reshape(count, -1), np.nan)
-    if modes == 0:
+    flat = np.where(np.repeat(there, 3, axis=1), dots.reshape(len(dots), -1), np.nan)
+    enough = np.flatnonzero(there.sum(axis=1) >= LEARNING.fewest_dots)
+    _check_found(there[enough[:count]], names)
+    if len(enough) < _FEWEST_FRAMES:
         return Believed(dots, there, np.zeros_like(there))
+    guess, known = _settled(flat, there)
+    while True:
+        own = enough[:count]
+        _check_found(there[own], names)
+        if len(own) < _FEWEST_FRAMES:
+            known[own] = there[own]
+            break
+        guess[own], known[own] = _settled(flat[own], there[own])
+        poor = own[known[own].sum(axis=1) < LEARNING.fewest_dots]
+        if len(poor) == 0:
+            break
+        enough = np.setdiff1d(enough, poor)
+    jumped = np.asarray(there & ~known)
+    _check_names(dots, guess, jumped, names)
+    return Believed(np.where(known[..., None], dots, guess), known, jumped)
+
+
+def _settled(flat: FloatArray, there: BoolArray) -> tuple[FloatArray, BoolArray]:
+    """Places of all dots of frames (T, 3 K) by the others, and a mask of those believed."""
+    modes = min(LEARNING.dot_modes, len(flat) // _FEWEST_FRAMES)
     middle = np.nanmedian(flat, axis=0)
     filled = np.where(np.isnan(flat), middle, flat)
     off = _lengths(filled - middle).max(axis=1)
@@ -111,13 +139,11 @@ def believe(dots: FloatArray, names: tuple[str, ...]) -> Believed:
     for _ in range(LEARNING.dot_rounds):
         before = known
         guess, known = _trusted(_Law.of(filled[kept], modes), flat, there)
-        filled = np.where(np.repeat(known, 3, axis=1), flat, guess.reshape(count, -1))
+        filled = np.where(np.repeat(known, 3, axis=1), flat, guess.reshape(flat.shape))
         kept = known.sum(axis=1) >= LEARNING.fewest_dots
-        if (known == before).all() or kept.sum() < 4:
+        if (known == before).all() or kept.sum() < _FEWEST_FRAMES:
             break
-    jumped = np.asarray(there & ~known)
-    _check_names(dots, guess, jumped, names)
-    return Believed(filled.reshape(dots.shape), known, jumped)
+    return guess, known
 
 
 def _trusted(law: _Law, flat: FloatArray, there: BoolArray) -> tuple[FloatArray, BoolArray]:
@@ -135,6 +161,23 @@ def _trusted(law: _Law, flat: FloatArray, there: BoolArray) -> tuple[FloatArray,
         if not bad.any():
             break
     return guess, known
+
+
+def _check_found(there: BoolArray, names: tuple[str, ...]) -> None:
+    """Refuse frames (T, K) in which a dot was never found, or lost where too few are there."""
+    never = np.flatnonzero(~there.any(axis=0))
+    if len(there) and len(never):
+        raise TooFewPointsError(
+            f"the dot {names[never[0]]} was found in none of the frames to learn from",
+            "film and observe it again",
+        )
+    lost = int((~there.all(axis=1)).sum())
+    if lost and len(there) < _FEWEST_FRAMES:
+        raise TooFewPointsError(
+            f"dots were lost in {lost} of {len(there)} frames to learn from, which are too few to "
+            "say where these dots were",
+            f"correct the lost dots, or learn from {_FEWEST_FRAMES} frames or more (--train)",
+        )
 
 
 def _check_names(

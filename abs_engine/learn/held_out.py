@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
+from abs_engine.core.errors import ParameterError
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.sources import Source, learn_sources
@@ -39,8 +40,8 @@ def held_out_variances(
     Returns
     -------
     (P,) float64, mm^2
-        None of them below that of the frames themselves. With too few frames to learn so many
-        modes from the others, `variances` as they are.
+        None of them below that of the frames themselves. Where the others are too few to learn so
+        many modes from, or move in fewer ways, `variances` as they are.
 
     Notes
     -----
@@ -69,7 +70,10 @@ def _left_out(
         others = [s for s in others if len(s)]
         if sum(map(len, others)) < 2 * modes:
             return np.zeros((0, modes)), np.zeros((0, modes))
-        physics = learn_sources(rest, others, modes)
+        try:
+            physics = learn_sources(rest, others, modes)
+        except ParameterError:  # the block had a movement that the others lack
+            return np.zeros((0, modes)), np.zeros((0, modes))
         along = [_squares(physics, s, b) for s, b in zip(sources, left_out, strict=True) if len(b)]
         if along:
             learned.append(physics.variances)

@@ -116,7 +116,7 @@ def table_1(training: Training) -> list[Row]:
     physics = training.physics
     truth = physics.rest + training.test
     scale = unit_scale(physics.rest)
-    beyond = np.sqrt((physics.total - physics.variances.sum()) / len(physics.rest))
+    beyond = np.sqrt(max(0.0, physics.total - physics.variances.sum()) / len(physics.rest))
     out = []
     for part in TABLE_1:
         found = reconstruct_part(training, part, truth)

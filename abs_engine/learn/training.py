@@ -84,9 +84,9 @@ def train(
     Returns
     -------
     Training
-        A dot that was lost or jumps is put where the other dots of its frame have it
-        (`believed_dots.believe`); frames with too few believed dots are left out. All
-        of them are named in it.
+        A dot that was lost or jumps is put where the other dots of its frame have it, as the used
+        frames say (`believed_dots.believe`); frames with too few believed dots are left out. All of
+        them are named in it.
 
     Raises
     ------
@@ -98,10 +98,12 @@ def train(
     """
     shell = cut_lip_shell(speaker) if shell is None else shell
     dots = observations.of(LIPS16)
-    _check_found(dots)
-    believed = believe(dots, LIPS16)
+    _check_asked(n_modes, n_train)
+    enough = np.isfinite(dots).all(axis=2).sum(axis=1) >= LEARNING.fewest_dots
+    _check_usable(int(enough.sum()), observations.frames, n_train)
+    believed = believe(dots, LIPS16, n_train)
     frames = np.flatnonzero(believed.usable)
-    _check(len(frames), observations.frames, n_modes, n_train)
+    _check_usable(len(frames), observations.frames, n_train)
     used, later = frames[:n_train], frames[n_train:]
     whole = np.asarray(believed.known.all(axis=1))
     tested = later[whole[later]]
@@ -175,16 +177,7 @@ def check_speaker(physics: LearnedPhysics, speaker: Speaker) -> None:
         )
 
 
-def _check_found(dots: FloatArray) -> None:
-    """Refuse dots (T, K, 3) of which one was never found."""
-    never = np.flatnonzero(~np.isfinite(dots).all(axis=2).any(axis=0))
-    if len(never):
-        raise TooFewPointsError(
-            f"the dot {LIPS16[never[0]]} was found in no frame", "film and observe it again"
-        )
-
-
-def _check(usable: int, frames: int, n_modes: int, n_train: int) -> None:
+def _check_asked(n_modes: int, n_train: int) -> None:
     if n_modes < 1 or n_train < LEARNING.frames_a_mode * n_modes:
         raise ParameterError(
             f"{n_modes} modes cannot be learned from {n_train} frames",
@@ -197,6 +190,9 @@ def _check(usable: int, frames: int, n_modes: int, n_train: int) -> None:
             "errors of observation from",
             f"learn {3 * len(LIPS16) - 1} modes or fewer",
         )
+
+
+def _check_usable(usable: int, frames: int, n_train: int) -> None:
     if usable < n_train:
         raise TooFewPointsError(
             f"{LEARNING.fewest_dots} of the {len(LIPS16)} dots or more were found in {usable} "

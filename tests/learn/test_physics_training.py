@@ -81,6 +81,16 @@ def lost(
     return replace(observations, points=points, found=found)
 
 
+def of(seen: Observations, frames: list[int]) -> Observations:
+    """Some of the frames."""
+    return replace(
+        seen, points=seen.points[frames], found=seen.found[frames],
+        uncertain=seen.uncertain[frames], error=seen.error[frames], score=seen.score[frames],
+        rotations=seen.rotations[frames], translations=seen.translations[frames],
+        rigid_error=seen.rigid_error[frames],
+    )  # fmt: skip
+
+
 def hidden(observations: Observations, most: int, seed: int) -> Observations:
     """The same with one dot or more, drawn by chance, lost in each frame."""
     rng = np.random.default_rng(seed)
@@ -125,6 +135,33 @@ def test_test_frames_are_not_learned_from():
     np.testing.assert_array_equal(again.physics.modes, TRAINED.physics.modes)
     np.testing.assert_array_equal(again.physics.mean, TRAINED.physics.mean)
     assert again.physics.noise == TRAINED.physics.noise
+
+
+def test_lost_dots_are_put_back_without_test_frames():
+    seen = lost(hidden(SEEN, 3, 1), [150 - k for k in range(1, 11)], 2)
+    plain = train(seen, SPEAKER, "clara", n_train=130, shell=SHELL)
+    points = seen.points.copy()
+    points[130:] = SEEN.points[:20] + 0.5 * (points[130:] - SEEN.points[:20])
+    again = train(replace(seen, points=points), SPEAKER, "clara", n_train=130, shell=SHELL)
+    assert len(plain.incomplete) == 130
+    np.testing.assert_array_equal(again.displacements, plain.displacements)
+    np.testing.assert_array_equal(again.physics.variances, plain.physics.variances)
+
+
+def test_a_new_movement_of_test_frames_is_no_jump():
+    done = train(SEEN, SPEAKER, "clara", n_modes=8, n_train=24, shell=SHELL)
+    assert done.tested.tolist() == list(range(24, 150))
+
+
+def test_a_movement_that_one_block_alone_has_is_learned():
+    """Of its variance in other frames nothing is known, so that the variances stay as they are."""
+    weights, time = np.zeros((150, 52)), np.arange(150)
+    units = [SPEAKER.unit_names.index(u) for u in ("jawOpen", "mouthFunnel", "mouthPressLeft")]
+    weights[:, units[:2]] = 0.3 + 0.3 * np.sin(time[:, None] * [0.1, 0.17])
+    weights[62:78, units[2]] = 0.5 * np.sin(np.linspace(0, np.pi, 16))
+    seen = observed_motion(SPEAKER, Motion("clara", weights, 30, ""))
+    physics = train(seen, SPEAKER, "clara", n_modes=3, shell=SHELL).physics
+    np.testing.assert_array_equal(physics.motion_variances, physics.variances)
 
 
 def test_a_place_that_was_not_found_is_not_learned_from():
@@ -288,6 +325,17 @@ class TestTooLittle:
             train(lost(SEEN, list(range(20))), SPEAKER, "clara", shell=SHELL)
         assert len(train(lost(SEEN, [0]), SPEAKER, "clara", n_train=149, shell=SHELL).tested) == 0
 
+    def test_a_dot_that_was_lost_in_one_of_three_frames(self):
+        few = lost(SEEN, [21], 3)
+        with pytest.raises(TooFewPointsError, match="dots were lost in 1 of 3 frames to learn"):
+            train(of(few, [20, 21, 40]), SPEAKER, "clara", n_modes=1, n_train=3, shell=SHELL)
+        alone = of(SEEN, [20, 40, 60])
+        assert len(train(alone, SPEAKER, "clara", n_modes=1, n_train=3, shell=SHELL).used) == 3
+
+    def test_a_dot_that_only_test_frames_have(self):
+        with pytest.raises(TooFewPointsError, match="upper_outer_3 was found in none of the fr"):
+            train(lost(SEEN, list(range(141)), 3), SPEAKER, "clara", shell=SHELL)
+
     def test_a_dot_that_was_never_marked(self):
         keep = [k for k, name in enumerate(SEEN.names) if name != "corner_left"]
         without = Observations(
@@ -440,4 +488,4 @@ def test_what_tracked_lips_are_learned_from_is_speech_at_its_pace_then_slowly(
     slow = authored(SPEAKER, "mei", frames=int(SLOWLY * RATE))
     np.testing.assert_array_equal(motion.weights[len(fast) :], slow.weights)
     dots = observed_motion(SPEAKER, motion, noise=0.1)
-    assert not believe(dots.points[:, : len(LIPS16)], LIPS16).jumped.any()
+    assert not believe(dots.points[:, : len(LIPS16)], LIPS16, dots.frames).jumped.any()
