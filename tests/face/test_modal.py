@@ -36,6 +36,16 @@ def test_modes_and_variances_are_those_that_were_put_in():
     np.testing.assert_allclose(PHYSICS.shares, np.cumsum(TRUE) / TRUE.sum(), atol=0.02)
 
 
+def test_variances_of_unequal_weights_are_unbiased():
+    weights = np.r_[np.full(20, 1 / 20), np.full(2, 1 / 2)]
+    drawn = [learn(REST, motion(22, seed=k), 3, weights=weights).total for k in range(500)]
+    assert np.mean(drawn) == pytest.approx(TRUE.sum(), rel=0.05)
+    equal = learn(REST, motion(22), 3, weights=np.full(22, 0.3))
+    np.testing.assert_allclose(equal.variances, learn(REST, motion(22), 3).variances)
+    rows = motion(22).reshape(22, -1)
+    assert equal.total == pytest.approx(rows.var(axis=0, ddof=1).sum())
+
+
 def test_held_is_the_share_of_the_variance():
     noisy = learn(REST, motion(4000, noise=0.5), 3)
     assert noisy.held == pytest.approx(14.75 / (14 + 36 * 0.25), abs=0.02)

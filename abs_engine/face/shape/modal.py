@@ -149,7 +149,8 @@ def learn(
         Of the training frames.
     n_modes : int
     weights : (T,) float64, optional
-        How much each frame counts, above 0; by default all the same.
+        How much each frame counts, above 0; by default all the same. The covariance is unbiased for
+        independent frames of any weights.
     spread : (R, N, 3) float64, mm, optional
         What is added to the covariance of the displacements: the sum of the outer products of
         these. Displacements that are means of a posterior have less covariance than the motion, by
@@ -163,8 +164,9 @@ def learn(
     data = _rows_of(displacements, rest)
     share = np.ones(len(data)) if weights is None else np.asarray(weights, np.float64)
     share = share / share.sum()
-    mean, count = share @ data, len(data)
-    rows = np.sqrt(share * count / max(1, count - 1))[:, None] * (data - mean)
+    mean = share @ data
+    freedom = max(1.0 - float(share @ share), float(np.finfo(np.float64).eps))  # 1 - 1/T if equal
+    rows = np.sqrt(share / freedom)[:, None] * (data - mean)
     if spread is not None:
         rows = np.concatenate([rows, np.reshape(spread, (-1, data.shape[1]))])
     _, scale, vectors = np.linalg.svd(rows, full_matrices=False)
