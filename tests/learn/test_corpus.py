@@ -30,6 +30,7 @@ from abs_engine.learn.articulatory import build, dense_head, left_out_errors
 from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.report.articulation.analysis import analyse
+from abs_engine.report.articulation.applied import apply_model
 from abs_engine.report.articulation.figures import boxplot_figure, nomogram_figure
 from abs_engine.report.articulation.report import Heads, write_report
 from abs_engine.report.articulation.tables import boxes, results, variance_table, variance_text
@@ -400,3 +401,30 @@ def test_ordinary_gaps_are_filled_in(spoken: SpokenCorpus):
     away = np.linalg.norm(filled.model.points(filled.alpha) - spoken.corpus.points, axis=2)
     assert np.sqrt((away**2).mean()) < 1.0
     assert filled.model.held == pytest.approx(build(spoken.corpus).model.held, abs=0.01)
+
+
+LIPS_4 = ("lip_upper_006", "lip_lower_006", "lip_corner_000", "lip_corner_001")
+LIPS_JAW_6 = (*LIPS_4, "jaw_line_005", "tooth_003")
+
+
+def test_parameters_that_few_points_leave_open_are_none(spoken: SpokenCorpus):
+    """Four points on the lips would give parameters that are off by 5 standard deviations."""
+    built = build(spoken.corpus)
+    assert np.median(built.errors) < built.model.noise * np.sqrt(3) < 2 * np.median(built.errors)
+
+    def seen(*names: str) -> np.ndarray:
+        kept = np.isin(spoken.corpus.names, names)[:, None]
+        return np.where(kept, spoken.corpus.points, np.nan)
+
+    for few in (LIPS_4, LIPS_4[:3]):
+        with pytest.raises(TooFewPointsError, match="points do not determine 7 parameters"):
+            built.model.invert(seen(*few))
+    for enough in (LIPS_JAW_6, [n for n in spoken.corpus.names if n.startswith("lip_")]):
+        away = built.model.invert(seen(*enough)) - built.alpha
+        assert np.sqrt((away**2).mean(axis=0)).max() < 1.5
+    mixed = seen(*LIPS_JAW_6)
+    mixed[3] = seen(*LIPS_4)[3]
+    done = apply_model(built.model, spoken.corpus.names, mixed)
+    assert np.flatnonzero(~done.found).tolist() == [3]
+    with pytest.raises(TooFewPointsError, match="no frame has enough points for 7"):
+        apply_model(built.model, spoken.corpus.names, seen(*LIPS_4))

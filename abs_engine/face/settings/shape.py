@@ -155,6 +155,13 @@ class ShapeSettings:
         direction impossible. Not measured.
     left_motion : float, share of a mode's variance
         That is left to it at least where it is mostly error of observation. Not measured.
+    point_noise : float, mm
+        By which a coordinate is off at least, however well a model fits. Not measured.
+    uncertain_parameter : float, standard deviations
+        By which an articulatory parameter may be expected to be off where points are missing; with
+        more, they do not determine it. Chosen on the bundled people: six points on lips, jaw and
+        teeth are expected to be off by 0.9 to 1.1 in the worst parameter (clara's are by 1.4), four
+        on the lips by 4.2 to 5.7 (clara's by 4.6), eight by 0.4 to 0.5.
     """
 
     expression_modes: int = 20
@@ -218,6 +225,8 @@ class ShapeSettings:
     penalty_strength: float = 0.01
     penalty_shrunk: float = 0.1
     left_motion: float = 0.05
+    point_noise: float = 0.02
+    uncertain_parameter: float = 1.5
 
 
 SHAPE = ShapeSettings()

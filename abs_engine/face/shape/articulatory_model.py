@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ModelFormatError, ParameterError, TooFewPointsError
 from abs_engine.core.kinds import to_path
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.predictors import Predictor
 from abs_engine.io.arrays import Layout, real, text
 from abs_engine.io.inputs import parse_json
@@ -86,6 +87,13 @@ class ArticulatoryModel:
         """Share of the corpus's variance that all parameters explain, 0 to 1."""
         return float(self.variance.sum())
 
+    @property
+    def noise(self) -> float:
+        """By how much a coordinate of the corpus is off the model, RMS, mm."""
+        left = max(0.0, 1.0 / self.held - 1.0) if self.held > 0 else 0.0
+        missed = np.sqrt(float((self.modes**2).sum()) * left / self.mean.size)
+        return max(float(missed), SHAPE.point_noise)
+
     def points(self, alpha: FloatArray) -> FloatArray:
         """Points (..., N, 3), mm, at parameters (..., P), standard deviations.
 
@@ -114,7 +122,8 @@ class ArticulatoryModel:
         ParameterError
             If there are other than N points, or one is infinite or complex.
         TooFewPointsError
-            If the points that are there do not determine all parameters.
+            If the points that are there do not determine all parameters: where some are missing,
+            none may be expected to be off by more than `SHAPE.uncertain_parameter`.
         """
         refuse_complex(points)
         points = np.asarray(points, np.float64)
@@ -126,7 +135,8 @@ class ArticulatoryModel:
             raise ParameterError("a coordinate is infinite", "give NaN where a point is missing")
         away = (points - self.mean).reshape(-1, self.mean.size)
         matrix = self.modes.reshape(len(self.modes), -1).T
-        out = np.array([_solved(matrix, row) for row in away]).reshape(-1, len(self.modes))
+        noise = self.noise
+        out = np.array([_solved(matrix, row, noise) for row in away]).reshape(-1, len(self.modes))
         return out.reshape(*points.shape[:-2], len(self.modes))
 
     def transform(self, X: FloatArray) -> FloatArray:
@@ -198,13 +208,18 @@ def refuse_complex(points: ArrayLike) -> None:
         raise ParameterError("a coordinate is complex", "give real numbers")
 
 
-def _solved(matrix: FloatArray, away: FloatArray) -> FloatArray:
-    """Least squares over what is finite of one posture (3N,)."""
+def _solved(matrix: FloatArray, away: FloatArray, noise: float) -> FloatArray:
+    """Least squares over what is finite of one posture (3N,), off by `noise`, mm."""
     there = np.isfinite(away)
-    alpha, _, rank, _ = np.linalg.lstsq(matrix[there], away[there], rcond=None)
-    if rank < matrix.shape[1]:
+    own = matrix[there]
+    alpha, _, rank, _ = np.linalg.lstsq(own, away[there], rcond=None)
+    few = rank < own.shape[1]
+    if not few and not there.all():
+        expected = noise * np.linalg.norm(np.linalg.pinv(own, rcond=0.0), axis=1)
+        few = expected.max() > SHAPE.uncertain_parameter
+    if few:
         raise TooFewPointsError(
-            f"{there.sum() // 3} points do not determine {matrix.shape[1]} parameters",
+            f"{there.sum() // 3} points do not determine {own.shape[1]} parameters",
             "observe more points, those of lips and jaw above all",
         )
     return np.asarray(alpha, np.float64)
