@@ -28,6 +28,8 @@ PREDICTORS = (
 """The paper's, and what they leave of lips: as far as a closed mouth may be off by a tenth of a
 millimetre without."""
 
+_USUAL_RATE = 25.0  # frames per second: 40 ms
+
 
 @dataclass(frozen=True, eq=False)
 class PostureSpace:
@@ -40,7 +42,7 @@ class PostureSpace:
     spec : ParamSpec
         Their names and bounds.
     steps : (P,) float64
-        How far each moves in 40 ms, standard deviations.
+        How far each moves in 40 ms, standard deviations; NaN where no two frames say so.
     seen : (K, P) float64
         Postures of the frames that were learned from, evenly thinned out.
     noise : dict of str to float
@@ -85,7 +87,10 @@ class PostureSpace:
 
 
 def learn_postures(
-    expression: LinearShape, chosen: Points, clips: Sequence[FloatArray], rate: float = 25.0
+    expression: LinearShape,
+    chosen: Points,
+    clips: Sequence[FloatArray],
+    rates: Sequence[float] | None = None,
 ) -> PostureSpace:
     """Guided components of tracked postures.
 
@@ -100,8 +105,8 @@ def learn_postures(
         Which vertices guide the components.
     clips : sequence of (T, M) float64
         Postures of each recording; NaN in frames that are not to be learned from.
-    rate : float
-        Frames per second.
+    rates : sequence of float, optional
+        Frames per second of each recording; by default 25.
 
     Raises
     ------
@@ -122,8 +127,9 @@ def learn_postures(
         names, ("sd",) * len(names), np.full(len(names), GENERAL.mode_step),
         scores.min(axis=0) - LEARNING.beyond, scores.max(axis=0) + LEARNING.beyond,
     ).only(kept)  # fmt: skip
-    each = np.concatenate([np.diff(clip, axis=0) for clip in tracked])
-    steps = LEARNING.sudden * np.sqrt(np.nanmean(each**2, axis=0) * rate / 25.0)
+    steps = LEARNING.sudden * _moved(
+        tracked, [_USUAL_RATE] * len(clips) if rates is None else rates
+    )
     mixing = own @ expression.mixing
     moved = np.tensordot(centre, expression.modes, 1)
     shape = LinearShape(
@@ -148,6 +154,23 @@ def _well_seen(clips: Sequence[FloatArray]) -> FloatArray:
             "give more recordings, or longer ones",
         )
     return postures
+
+
+def _moved(tracked: Sequence[FloatArray], rates: Sequence[float]) -> FloatArray:
+    """RMS movement (P,) in 40 ms of components (T, P) of clips; NaN where no two frames say so.
+
+    Between the frames that are nearest to 40 ms apart, as speech is smooth; what is left to 40 ms
+    counts as in a random walk.
+    """
+    squares = []
+    for clip, rate in zip(tracked, rates, strict=True):
+        lag = max(1, round(rate / _USUAL_RATE))
+        squares.append((clip[lag:] - clip[:-lag]) ** 2 * (rate / _USUAL_RATE / lag))
+    every = np.concatenate(squares)
+    every = every[np.isfinite(every).all(axis=1)]
+    if len(every) == 0:
+        return np.full(every.shape[1], np.nan)
+    return np.asarray(np.sqrt(every.mean(axis=0)), np.float64)
 
 
 def _noise(

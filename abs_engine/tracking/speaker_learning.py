@@ -33,6 +33,7 @@ from abs_engine.tracking.recorded_frames import pictures, turned
 from abs_engine.tracking.recordings import Recording, check_same, check_variety, check_videos
 from abs_engine.tracking.run import prepare
 from abs_engine.tracking.scale import pupil_scale
+from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker_face import SpeakerFace
 from abs_engine.tracking.speaker_looks import can_look, with_appearance
@@ -208,9 +209,10 @@ class Learner:
         if _usable(recordings) < LEARNING.least_frames:
             return None
         clips = [np.where(r.usable[:, None], r.postures, np.nan) for r in recordings]
-        rate = float(recordings[0].run["rate"])
-        space = learn_postures(head.expression, choose_points(self.speaker), clips, rate)
-        return space if len(space.spec) else None
+        rates = [float(r.run["rate"]) for r in recordings]
+        space = learn_postures(head.expression, choose_points(self.speaker), clips, rates)
+        usual = np.where(np.isfinite(space.steps), space.steps, FRAME_LOOP.step_deviation)
+        return replace(space, steps=usual) if len(space.spec) else None
 
     def looks(self, learned: Learned, recordings: Sequence[Recording]) -> Learned:
         """The same with texture and local appearance, from recordings of the round it is of."""

@@ -82,6 +82,29 @@ def test_frames_that_are_not_to_be_learned_from_do_not_count(expression, posture
     assert len(space.seen) == 144
 
 
+def test_steps_are_of_40_ms_at_any_frame_rate(expression):
+    """Of speech, which is smooth: in half the time it goes half as far."""
+
+    def said(rate: float) -> np.ndarray:
+        time = np.arange(round(8 * rate))[:, None] / rate
+        moved = np.zeros((2, len(expression.modes)))
+        moved[0, 0] = moved[1, 1] = 1.0
+        smooth = np.sin(time * [11.0, 7.0] + [0, 1]) @ moved
+        return smooth + np.random.default_rng(0).normal(0, 0.02, smooth.shape)
+
+    def steps(*rates: float) -> np.ndarray:
+        clips, points = [said(rate) for rate in rates], choose_points(load_speaker())
+        return learn_postures(expression, points, clips, rates).steps[:2]
+
+    usual = steps(25.0)
+    for rates in ((50.0,), (100.0,), (25.0, 50.0), (50.0, 25.0)):
+        np.testing.assert_allclose(steps(*rates), usual, rtol=0.03)
+    space = learn_postures(expression, choose_points(load_speaker()), [said(25.0)])
+    np.testing.assert_array_equal(space.steps[:2], usual)
+    alone = np.where(np.arange(200)[:, None] % 2, np.nan, said(25.0))
+    assert np.isnan(learn_postures(expression, choose_points(load_speaker()), [alone]).steps).all()
+
+
 def test_too_few_frames_are_refused(expression, postures):
     with pytest.raises(TooFewFramesError, match="30 frames show the mouth well"):
         learn_postures(expression, choose_points(load_speaker()), [postures[0][:30]])

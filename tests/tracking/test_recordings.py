@@ -30,6 +30,7 @@ from abs_engine.core.errors import (
     TooFewFramesError,
 )
 from abs_engine.dataset.sums import check_distinct
+from abs_engine.face.head import build_mouth_model
 from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import speaker_learning
@@ -46,6 +47,7 @@ from abs_engine.tracking.recordings import (
     mouth_box,
 )
 from abs_engine.tracking.scale import USUAL_PUPILS, Scale
+from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.speaker_learning import Learned, Learner, learn_speaker
 from abs_engine.tracking.speakers import SpeakerClip
 
@@ -310,3 +312,26 @@ def test_of_too_few_frames_no_postures_are_learned_and_a_line_says_so():
     assert told.endswith("left out: 95.51% in round 1, 95.53% in round 2; kept: round 2")
     same = Learned(face, space, 38, (0.9, 0.9), 1).lines()[1]
     assert "in round 2; kept: round 1" in same
+
+
+def test_recordings_have_their_own_rates_and_single_frames_the_usual_steps():
+    speaker = load_speaker()
+    texture = speaker.texture(next(iter(speaker.people)))
+    model = build_mouth_model(speaker, speaker.vertices, texture, free_person=False)
+    learner, moved = Learner(speaker, *[None] * 4), np.zeros((2, len(model.expression.modes)))
+    moved[0, 0] = moved[1, 1] = 1.0
+
+    def said(rate: float) -> Recording:
+        time = np.arange(round(8 * rate))[:, None] / rate
+        smooth = np.sin(time * [11.0, 7.0] + [0, 1]) @ moved
+        noisy = smooth + np.random.default_rng(0).normal(0, 0.02, smooth.shape)
+        one = recording(aperture=np.zeros(len(time)))
+        return replace(one, run={**one.run, "rate": np.array(rate)}, postures=noisy)
+
+    slow, fast = said(25.0), said(50.0)
+    both, turned = (learner.postures(model, r) for r in ([slow, fast], [fast, slow]))
+    np.testing.assert_allclose(turned.steps[:2], both.steps[:2], rtol=1e-6)
+    alone = said(25.0)
+    alone.run["covered"] = np.arange(alone.count) % 2 == 1
+    usual = learner.postures(model, [alone]).steps
+    np.testing.assert_array_equal(usual, np.full(len(usual), FRAME_LOOP.step_deviation))
