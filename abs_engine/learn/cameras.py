@@ -86,7 +86,8 @@ def rank_yaws(
     ModelFormatError
         If the lips were trained on another speaker's head.
     ParameterError
-        If no yaw is given, one is beyond the profile, or the noise is not positive and finite.
+        If no yaw is given, one is beyond the profile, or the noise is below 1e-6 mm or not
+        finite.
 
     Notes
     -----

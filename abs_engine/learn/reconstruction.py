@@ -177,7 +177,7 @@ def rank_cameras(
     Raises
     ------
     ParameterError
-        If a direction is none, no camera is given, or the noise is not positive.
+        If a direction is none, no camera is given, or the noise is below 1e-6 mm.
     """
     if not directions:
         raise ParameterError("there is no camera to choose", "give one or more directions")

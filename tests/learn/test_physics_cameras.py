@@ -145,6 +145,7 @@ def test_the_command_says_which_camera_helps_most(lips, capsys):
         (["--yaw", "nan"], "does not see the lips"),
         (["--have", "inf"], "does not see the lips"),
         (["--noise", "0"], "above 0 mm"),
+        (["--noise", "1e-160"], "a noise of 1e-160 mm is below the rounding of coordinates"),
         (["--noise", "inf"], "finite noise above 0 mm"),
         (["--noise", "nan"], "finite noise above 0 mm"),
     ],

@@ -20,6 +20,7 @@ from abs_engine.face.shape.modal import LearnedPhysics
 Rows: TypeAlias = NDArray[np.integer] | Any  # scipy's sparse matrices have no types
 """Degrees of freedom (n,), 3 times the node plus 0, 1, 2 for x, y, z; or the weights (n, 3N) of all
 of them in n coordinates, as `dots.ShellPoints.rows` gives them."""
+_LEAST_NOISE = 1e-6  # mm
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,13 +64,13 @@ def reconstruct(
     observed : (..., n) float64, mm
         Coordinates, not displacements.
     noise : float, mm, optional
-        Standard deviation of a coordinate's error, positive; by default that of the physics.
+        Standard deviation of a coordinate's error, 1e-6 or more; by default that of the physics.
 
     Raises
     ------
     ParameterError
         If nothing is observed, it does not fit, is not finite or of no degree of freedom, or the
-        noise is not positive and finite.
+        noise is below 1e-6 mm or not finite.
 
     Notes
     -----
@@ -96,8 +97,8 @@ def expected_posterior(
     Raises
     ------
     ParameterError
-        If nothing is observed, what is observed does not fit, or the noise is not positive
-        and finite.
+        If nothing is observed, what is observed does not fit, or the noise is below 1e-6 mm or
+        not finite.
     """
     covariance = _posterior(physics, rows, noise)[1]
     return Posterior(physics, np.zeros(len(covariance)), covariance)
@@ -113,6 +114,11 @@ def _posterior(
         raise ParameterError(
             "nothing is observed, or the noise is not positive, or not finite",
             "observe a coordinate or more, with a finite noise above 0 mm",
+        )
+    if noise < _LEAST_NOISE:
+        raise ParameterError(
+            f"a noise of {noise:g} mm is below the rounding of coordinates",
+            f"give {_LEAST_NOISE:g} mm or more",
         )
     root = np.sqrt(physics.variances)
     scaled = seen * root / noise  # in standard deviations, so that small modes are not lost

@@ -203,7 +203,11 @@ def _face(report: Report, speech: Speech) -> None:
 
 
 def _search(report: Report, speech: Speech) -> None:
-    """Solvers and stopping rules, on visemes that neither training nor tests have."""
+    """Solvers and stopping rules, on visemes that the face is not learned from.
+
+    The first round of splits learns from them, too. With a single round, as with ``--quick``, no
+    result is reported of them; of several rounds, the others test on them.
+    """
     amount, seed = report.amount, report.seed
     trained, _ = splits(len(speech.pictures), seed, amount.rounds)[0]
     inner, outer = splits(len(trained), seed + 1, 1)[0]

@@ -236,7 +236,8 @@ def compare_tolerances(
     Parameters
     ----------
     speech, face, tests, renderer, model
-        As for `compare_solvers`; the visemes must not be those that results are reported of.
+        As for `compare_solvers`; a rule that is chosen by this is chosen without the results only
+        if these are of other visemes.
     """
     tests, rows = list(tests), []
     for tolerance in TOLERANCES:

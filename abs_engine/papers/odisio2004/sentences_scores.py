@@ -64,7 +64,7 @@ class Closures:
     Parameters
     ----------
     spoken, closed : int
-        How many p, b and m there are, and in how many of them the tracked lips close.
+        In how many p, b and m the filmed lips close, and in how many of these the tracked ones do.
     found, true : int
         Runs of frames with closed tracked lips while somebody speaks, and how many of these meet
         a frame in which the filmed lips are closed, `_NEAR` frames earlier or later allowed.
@@ -77,7 +77,7 @@ class Closures:
 
     @property
     def recall(self) -> float:
-        """Share of the p, b and m that close; NaN where there is none."""
+        """Share of these p, b and m in which the tracked lips close; NaN where there is none."""
         return self.closed / self.spoken if self.spoken else float("nan")
 
     @property
