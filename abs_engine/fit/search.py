@@ -164,7 +164,8 @@ def search(
             first = _again_from(problem, found.x, again.postures)
             other = answer(driver, descend, problem, first, spec, room, free=True)
             used += len(again.postures) + other.n_evaluations
-            found = other if other.value < found.value else found
+            if other.value < found.value:
+                found, start = other, other.x  # nothing pulls back to where the first one began
     counted = replace(found, n_evaluations=used)
     room = driver.limit - used
     done = polished(driver, driver.polish, problem, counted, spec, start, room)

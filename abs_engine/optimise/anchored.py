@@ -59,9 +59,12 @@ class Held:
 
     def values(self, vectors: FloatArray) -> FloatArray:
         """Objective, (B,), at parameter vectors (B, n)."""
+        return np.asarray(self.objective.values(vectors) + self.pull(vectors))
+
+    def pull(self, vectors: FloatArray) -> FloatArray:
+        """The part (...) of the values at vectors (..., n) that is for being off the centre."""
         off = (vectors - self.centre) / self.spec.scale
-        pull = self.inertia * self.unit * (off**2).sum(axis=1)
-        return np.asarray(self.objective.values(vectors) + pull)
+        return np.asarray(self.inertia * self.unit * (off**2).sum(axis=-1))
 
     def gauss_newton(
         self, x: FloatArray, difference: float
@@ -71,10 +74,9 @@ class Held:
         sign = np.where(x + difference * scale <= self.spec.upper, 1.0, -1.0)  # keeps the bounds
         value, matrix, gradient = self.objective.gauss_newton(x, sign * scale, difference)
         matrix, gradient = matrix * np.outer(sign, sign), gradient * sign
-        pull = self.inertia * self.unit
-        off = (x - self.centre) / self.spec.scale
+        stiffness = self.inertia * self.unit
         return (
-            float(value + pull * (off**2).sum()),
-            matrix + pull * np.eye(len(x)),
-            gradient + pull * off,
+            float(value + self.pull(x)),
+            matrix + stiffness * np.eye(len(x)),
+            gradient + stiffness * (x - self.centre) / self.spec.scale,
         )

@@ -38,7 +38,7 @@ class AxesSimplex:
     coarse, tolerance : float
         Where the descent, and where the simplex, stops; in the objective's units.
     inertia : float
-        See `anchored.Held`.
+        See `anchored.Held`; of the results it is in the trace, not in the value.
     starts : int
         Of several starts, how many of the best are descended from.
     """
@@ -98,7 +98,9 @@ class AxesSimplex:
         """
         held = Held(objective, spec, centre, self.inertia)
         edge, tolerance = SOLVING.axes_edge * held.unit, self.tolerance * held.unit
-        return along_axes(held.values, found, spec, tolerance, limit, edge)
+        pulled = replace(found, value=found.value + float(held.pull(found.x)))
+        best = along_axes(held.values, pulled, spec, tolerance, limit, edge)
+        return replace(best, value=best.value - float(held.pull(best.x)))
 
 
 def along_axes(

@@ -53,7 +53,10 @@ class LevenbergMarquardt:
         return self.descend(Held(objective, spec, first), first, self.limit, step)
 
     def descend(self, held: Held, x: FloatArray, limit: int, step: float = 1.0) -> Solution:
-        """Minimise from `x` (n,) within so many evaluations; `information` is the last matrix."""
+        """Minimise from `x` (n,) within so many evaluations; `information` is the last matrix.
+
+        The trace has the values with the pull, `value` is without.
+        """
         spec, damping, spent = held.spec, SOLVING.damping, 0
         value, matrix, trace = np.inf, None, list[float]()
         status, taken = LIMIT, 0
@@ -84,4 +87,5 @@ class LevenbergMarquardt:
         if not trace:
             value, spent = float(held.values(x[None])[0]), 1
             trace.append(value)
+        value -= float(held.pull(x))
         return Solution(x, status, value, {}, spent, np.array(trace), taken, matrix)

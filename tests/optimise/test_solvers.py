@@ -108,6 +108,29 @@ def test_a_restart_is_never_worse():
     np.testing.assert_array_equal(again.trace[: once.n_evaluations], once.trace)
 
 
+def test_a_pull_to_the_start_is_no_part_of_the_value():
+    """By it ends of searches with and without are compared."""
+    bowl, solver = Bowl(), AxesSimplex(300, 1e-10, 1e-10, inertia=0.5)
+    start, inside = np.zeros(3), spec()
+    once = solver.descend(bowl, start, inside, 100)
+    best = solver.minimise(bowl, start, inside)
+    for found in (once, best):
+        assert found.value == pytest.approx(bowl(found.x).value, rel=1e-9)
+        assert np.linalg.norm(found.x) < 0.9 * np.linalg.norm(MIDDLE)
+    assert best.n_evaluations <= 300
+
+
+def test_a_polish_is_pulled_to_the_centre_it_is_given():
+    bowl, solver = Bowl(), AxesSimplex(300, 1e-10, 1e-10, inertia=0.5)
+    start, inside = np.zeros(3), spec()
+    free = solver.descend(bowl, start, inside, 100, free=True)
+    np.testing.assert_allclose(free.x, MIDDLE, atol=1e-3)
+    best = solver.polish(bowl, free, inside, start, 300)
+    pulled = solver.minimise(bowl, start, inside)
+    np.testing.assert_allclose(best.x, pulled.x, atol=0.02)
+    assert best.value == pytest.approx(bowl(best.x).value, rel=1e-9)
+
+
 def test_what_cannot_be_asked_for():
     with pytest.raises(ParameterError, match="choose one of sbplx"):
         DerivativeFree("gradient")
