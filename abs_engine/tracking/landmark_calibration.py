@@ -76,13 +76,17 @@ class PlacedHead:
     def again(self, frame: PlacedFrame, shape: LandmarkShape, shift: FloatArray) -> PlacedFrame:
         """One of the `frames`, once more is known of the person's landmarks, and of all poses.
 
-        The texture lies where it lay, so that it is not looked for again.
+        The texture lies where it lay, so that it is not looked for again. A frame that leads astray
+        stays as it was.
         """
         fit, seen = frame.face.fit, frame.face.landmarks
         held = fit.held
         if held is not None:
             held = replace(held, pose=shifted(held.pose, shift, shape.pivot))
-        found = fit_frame(shape, seen, self.camera, fit, held)
+        try:
+            found = fit_frame(shape, seen, self.camera, fit, held)
+        except np.linalg.LinAlgError:
+            return frame
         return replace(frame, face=SeenFace(seen, found)) if found.sound(shape) else frame
 
     @cached_property

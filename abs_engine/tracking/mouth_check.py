@@ -31,6 +31,7 @@ class MouthCheck:
         self._asked = setting.landmarks is None and OPENING not in setting.face.appearance
         self._next, self._step = 0, max(1, round(FRAME_LOOP.look_apart * setting.rate))
         self._elsewhere: list[bool] = []
+        self._looks = 0
 
     def add(self, image: Image, result: FrameResult) -> None:
         """Look at the next frame (H, W, 3) RGB, or leave it out."""
@@ -42,14 +43,15 @@ class MouthCheck:
         outer = result.lips[: self._setting.face.ring_sizes[0]]
         drawn = self._setting.camera.project(result.pose.apply(outer))
         seen = all_landmarks(image)
+        self._looks += 1
+        if self._looks % FRAME_LOOP.looks == 0:  # a long clip is looked at less often
+            self._step *= 2
         if seen:
             self._elsewhere.append(all(_elsewhere(drawn, one) for one in seen))
-            if len(self._elsewhere) % FRAME_LOOP.looks == 0:  # a long clip is looked at less often
-                self._step *= 2
 
     def warnings(self) -> list[str]:
-        """A warning where the mouth lies elsewhere in most of the frames that were looked at."""
-        return mouth_elsewhere(sum(self._elsewhere), len(self._elsewhere))
+        """A warning where the mouth lies elsewhere in most of the frames that show a face."""
+        return mouth_elsewhere(sum(self._elsewhere), len(self._elsewhere), self._looks)
 
 
 def _elsewhere(drawn: FloatArray, seen: Landmarks) -> bool:

@@ -62,8 +62,8 @@ OTHER_TALKER = (
     "learned in other light, track without --model and --preset"
 )
 ELSEWHERE = (
-    "in {} of {} looked at, the drawn mouth does not lie where a landmark network sees it: look at "
-    "the overlay; without --preset, --model and --start, landmarks place the head"
+    "in {} of {} in which a landmark network sees the mouth, it is drawn elsewhere: look at the "
+    "overlay; without --preset, --model, --start and --person, landmarks place the head"
 )
 SMALL_MOUTH = (
     "the mouth is only {} wide in the picture: below {:.0f} its openings are hardly followed; give "
@@ -145,11 +145,18 @@ def little_explained(source: str, score: float | None) -> list[str]:
     return []
 
 
-def mouth_elsewhere(elsewhere: int, looked_at: int) -> list[str]:
-    """Warning that the drawn mouth lies beside the face's in most of some frames, if it does."""
-    if elsewhere <= FRAME_LOOP.most_elsewhere * looked_at:
+def mouth_elsewhere(elsewhere: int, seen: int, looked_at: int) -> list[str]:
+    """Warning that the drawn mouth lies beside the face's in most of some frames, if it does.
+
+    Parameters
+    ----------
+    elsewhere, seen, looked_at : int
+        Frames where it does, those where a face is seen, and all; where hardly one is, nothing is
+        known.
+    """
+    if 2 * seen < looked_at or elsewhere <= FRAME_LOOP.most_elsewhere * seen:
         return []
-    return [ELSEWHERE.format(elsewhere, counted(looked_at, "frame"))]
+    return [ELSEWHERE.format(elsewhere, counted(seen, "frame"))]
 
 
 def all_closed(closed: NDArray[np.bool_], time: NDArray[np.float64]) -> list[str]:

@@ -289,8 +289,8 @@ def tracked(video: Path, renderer: Renderer, options: TrackOptions) -> Recording
     tracker = prepare(video, renderer, options, _silent)
     recorder = Recorder(tracker.setting)
     with closed_after(tracker.results()) as results:
-        for _, result in results:
-            recorder.add(result)
+        for image, result in results:
+            recorder.add(result, image)
     record, said = recorder.record(), tracker.remarks.splitlines()
     several = [f"{line}: give its run in place of the video" for line in said if FOLLOWS in line]
     others = [line for line in said if FOLLOWS not in line]

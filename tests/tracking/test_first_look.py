@@ -14,6 +14,7 @@ from runs import write_kind
 
 from abs_engine.cli import main
 from abs_engine.core import threads
+from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.io.video import read_frames
 from abs_engine.tracking import first_look as looks
 from abs_engine.tracking import heads
@@ -107,11 +108,15 @@ def test_a_first_look_is_no_longer_than_what_is_learned_from(video, monkeypatch)
         assert len(early._follower.found) == PREPARATION.look_at
 
 
-def test_what_is_wrong_is_left_to_whoever_reads_next(tmp_path):
-    bad = tmp_path / "bad.mp4"
-    bad.write_bytes(b"no video")
-    with first_look(bad, LARGEST):
-        assert follower_of(bad, LARGEST)._known == ()
+def test_what_is_wrong_is_left_to_whoever_follows_next(video):
+    """There is no ninth face: that is found out in the second frame, as the first is blank."""
+    with first_look(video, FaceChoice(9)):
+        early = looks._begun[0]
+        until(lambda: len(early._follower.found) == 1)
+        follower = follower_of(video, FaceChoice(9))
+        assert follower._known == (None,)
+        with pytest.raises(FaceNotFoundError, match="there is no face 9"):
+            followed(video, follower)
 
 
 def test_on_one_core_nothing_is_looked_at_early(video, monkeypatch):
@@ -121,7 +126,8 @@ def test_on_one_core_nothing_is_looked_at_early(video, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("more", "early"), [((), 1), (("--face", "2"), 1), (("--start", "blobs"), 0)]
+    ("more", "early"),
+    [((), 1), (("--face", "2"), 1), (("--start", "blobs"), 0), (("--person", "clara"), 0)],
 )
 def test_the_command_looks_early_where_landmarks_place_the_face(
     video, more, early, monkeypatch, tmp_path

@@ -23,6 +23,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.pose import PoseFrame
 from abs_engine.face.head import build_mouth_model
 from abs_engine.render.cpu import CpuRenderer
+from abs_engine.tracking import landmark_calibration
 from abs_engine.tracking.head_fit import AverageHead, seen_in
 from abs_engine.tracking.head_pose import TexturedHead, placed_fit
 from abs_engine.tracking.landmark_calibration import PlacedHead, calibrate_placed, following
@@ -144,6 +145,16 @@ def test_frames_are_placed_again_as_they_would_be_anew():
         assert np.abs(off[2]) < 2.0  # depth is what pictures say least of
         other = anew.face.fit.posture
         np.testing.assert_allclose(after.face.fit.posture, other, atol=0.2)
+
+
+def test_a_frame_that_leads_astray_stays_where_it_was(monkeypatch):
+    def astray(*_):
+        raise np.linalg.LinAlgError
+
+    head = placed()
+    first = head.frames(clip())
+    monkeypatch.setattr(landmark_calibration, "fit_frame", astray)
+    assert [head.again(one, head.shape, np.ones(6)) for one in first] == first
 
 
 def test_colours_are_those_that_were_painted():

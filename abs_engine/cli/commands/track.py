@@ -150,7 +150,8 @@ def track(chosen: Chosen) -> Done:
     usual = chosen.model is None and chosen.preset is None and chosen.start != "blobs"
     usual &= not chosen.worn
     begin(beforehand.load, chosen.pupil_distance, usual and not (chosen.person or chosen.speaker))
-    if not usual or chosen.poses is not None:
+    bundled = chosen.person and not chosen.speaker  # found by its texture
+    if not usual or bundled or chosen.poses is not None:
         return _tracked(chosen, info)
     with first_look(video, FaceChoice.asked(chosen.face, chosen.mouth)):
         return _tracked(chosen, info)

@@ -125,7 +125,7 @@ class FrameSettings:
         From one frame that is looked at for these to the next. Not measured.
     looks : int, frames
         After which they lie twice as far apart. Not measured.
-    most_elsewhere : float, share of the frames looked at
+    most_elsewhere : float, share of the frames looked at that show a face
         Above which a run warns. Not measured.
     most_speaker_misfit : float, standard deviations
         Of landmarks from the head of a speaker's face, above which a run warns: median of frames in

@@ -22,8 +22,10 @@ class HeadSettings:
         better.
     rounds : int
         Of landmarks and texture, the joint fit. Chosen on two sets of films of other heads and on
-        `p01` to `p08`: 3 are no better in any figure; with 1 heads turn by 1.6 degrees too much or
-        too little, with 2 by 1.4.
+        `p01` to `p08`: with 1, 2 and 3 rotation is off by 1.6, 1.4 and 1.5 degrees in the films;
+        apertures and motion are alike with 2 and 3. In six sets of films rotation is off by 1.32
+        degrees with 2, 1.35 with 3; in two of these the face is turned by 0.1 and 0.2 degrees more
+        against the true one with 2.
     known_rounds : int
         The same for a known imported head. Chosen of 2 and 3 on a set of films: rotation off by
         0.55 and 0.49 degrees, lips by 3.0 and 2.9 mm.
