@@ -13,7 +13,8 @@ from abs_engine.fit.opening import NAME as OPENING
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.face_choice import all_landmarks
 from abs_engine.tracking.landmarks import OUTER_RING, Landmarks
-from abs_engine.tracking.run_warnings import mouth_elsewhere
+from abs_engine.tracking.run_table import closed_frames
+from abs_engine.tracking.run_warnings import mouth_otherwise
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 
@@ -31,7 +32,7 @@ class MouthCheck:
         self._asked = setting.landmarks is None and OPENING not in setting.face.appearance
         self._next, self._step = 0, max(1, round(FRAME_LOOP.look_apart * setting.rate))
         self._elsewhere: list[bool] = []
-        self._looks = 0
+        self._looks = self._shut = 0
 
     def add(self, image: Image, result: FrameResult) -> None:
         """Look at the next frame (H, W, 3) RGB, or leave it out."""
@@ -48,10 +49,13 @@ class MouthCheck:
             self._step *= 2
         if seen:
             self._elsewhere.append(all(_elsewhere(drawn, one) for one in seen))
+            parted = all(one.openness > FRAME_LOOP.parted for one in seen)
+            self._shut += bool(parted and closed_frames(result.aperture))
 
     def warnings(self) -> list[str]:
-        """A warning where the mouth lies elsewhere in most of the frames that show a face."""
-        return mouth_elsewhere(sum(self._elsewhere), len(self._elsewhere), self._looks)
+        """Those of mouths that lie elsewhere, or are closed and seen open, in too many frames."""
+        elsewhere, seen = sum(self._elsewhere), len(self._elsewhere)
+        return mouth_otherwise(elsewhere, self._shut, seen, self._looks)
 
 
 def _elsewhere(drawn: FloatArray, seen: Landmarks) -> bool:

@@ -62,8 +62,8 @@ OTHER_TALKER = (
     "learned in other light, track without --model and --preset"
 )
 ELSEWHERE = (
-    "in {} of {} in which a landmark network sees the mouth, it is drawn elsewhere: look at the "
-    "overlay; without --preset, --model, --start and --person, landmarks place the head"
+    "in {} of {} in which a landmark network sees the mouth, it is drawn {}: look at the overlay; "
+    "without --preset, --model, --start and --person, landmarks place the head"
 )
 SMALL_MOUTH = (
     "the mouth is only {} wide in the picture: below {:.0f} its openings are hardly followed; give "
@@ -145,18 +145,23 @@ def little_explained(source: str, score: float | None) -> list[str]:
     return []
 
 
-def mouth_elsewhere(elsewhere: int, seen: int, looked_at: int) -> list[str]:
-    """Warning that the drawn mouth lies beside the face's in most of some frames, if it does.
+def mouth_otherwise(elsewhere: int, shut: int, seen: int, looked_at: int) -> list[str]:
+    """Warnings that mouths are drawn otherwise than they are seen in some frames, if they are.
 
     Parameters
     ----------
-    elsewhere, seen, looked_at : int
-        Frames where it does, those where a face is seen, and all; where hardly one is, nothing is
-        known.
+    elsewhere, shut, seen, looked_at : int
+        Frames where one lies beside the face's, or is closed and is seen open; those where a face
+        is seen, and all. Where hardly one is, nothing is known.
     """
-    if 2 * seen < looked_at or elsewhere <= FRAME_LOOP.most_elsewhere * seen:
+    if 2 * seen < looked_at:
         return []
-    return [ELSEWHERE.format(elsewhere, counted(seen, "frame"))]
+    frames, told = counted(seen, "frame"), []
+    if elsewhere > FRAME_LOOP.most_elsewhere * seen:
+        told.append(ELSEWHERE.format(elsewhere, frames, "elsewhere"))
+    if shut > max(1.0, FRAME_LOOP.most_contradicted * seen):
+        told.append(ELSEWHERE.format(shut, frames, "closed, and seen open"))
+    return told
 
 
 def all_closed(closed: NDArray[np.bool_], time: NDArray[np.float64]) -> list[str]:

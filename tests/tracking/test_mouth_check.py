@@ -75,6 +75,21 @@ def test_most_of_the_frames_count():
     assert warned([*beside, *right[:1]])[0].startswith("in 2 of 3 frames in which")
 
 
+def test_a_mouth_that_is_drawn_closed_and_seen_open(monkeypatch):
+    def said(openness, frames, aperture=0.0):
+        seen = network_sees(IMAGE).points.copy()
+        across = np.linalg.norm(seen[263, :2] - seen[33, :2])
+        seen[14] = seen[13] + [0, openness * across, 0]
+        face = replace(network_sees(IMAGE), points=seen)
+        monkeypatch.setattr(mouth_check, "all_landmarks", lambda _image: [face])
+        return warned([replace(result(k * apart), aperture=aperture) for k in range(frames)])
+
+    apart = round(FRAME_LOOP.look_apart * 25)
+    assert said(0.1, 3)[0].startswith("in 3 of 3 frames in which")
+    assert "it is drawn closed, and seen open: look" in said(0.1, 3)[0]
+    assert said(0.1, 3, aperture=4.0) == said(0.02, 3) == said(0.1, 1) == []
+
+
 def test_lost_frames_and_pictures_without_a_face_do_not_count():
     assert warned([lost_result(k) for k in range(30)]) == []
     assert warned([result(right=40.0)], BLANK) == []

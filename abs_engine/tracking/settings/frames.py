@@ -121,6 +121,10 @@ class FrameSettings:
         Size of the drawn mouth over that of the one that is seen, below and above which it is
         another. Chosen on the same: 0.83 to 1.11 of mouths that are right, 0.6 to 0.86 and 1.5 to
         1.8 of two that are not.
+    parted : float, distances of the eyes' outer corners
+        Height between the inner lips, above which the landmark network sees an open mouth. Chosen
+        on the same: 0.002 at most where lips are closed, also in runs by landmarks; where they are
+        not, but are drawn closed, 0.07 to 0.2. In p09 to p16 0.03 at most and 0.05 to 0.17.
     look_apart : float, s
         From one frame that is looked at for these to the next. Not measured.
     looks : int, frames
@@ -198,6 +202,7 @@ class FrameSettings:
     most_lost: float = 0.5
     mouth_away: float = 0.04
     mouth_sizes: tuple[float, float] = (0.75, 1.3)
+    parted: float = 0.04
     look_apart: float = 0.4
     looks: int = 8
     most_elsewhere: float = 0.5
