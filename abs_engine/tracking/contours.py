@@ -26,6 +26,9 @@ LEGEND: tuple[tuple[str, Colour], ...] = (
     ("lower lip, inner", LOWER),
 )
 
+OTHERWISE = "landmarks say otherwise"
+"""On a picture of a frame whose aperture they contradict, in the colour of `LOST`."""
+
 _DOWN = np.array([[0.0, -5.0, 0.0], [0.0, 5.0, 0.0]])  # mm
 _UPRIGHT = 0.7  # cosine between across the corners' line and down the head
 _TURNED = 0.6  # quarters, from which on another one is turned

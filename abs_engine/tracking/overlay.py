@@ -20,6 +20,7 @@ from abs_engine.tracking.contours import (
     GREY,
     LEGEND,
     LOST,
+    OTHERWISE,
     OUTER,
     WHITE,
     LipDrawing,
@@ -142,7 +143,7 @@ class Painter:
             sure = "" if result.belief is None else f" (sd {result.belief.aperture:.1f})"
             write_text(picture, f"aperture {result.aperture:.1f}{sure} mm{mark}", (10, 44))
             if result.contradicted:
-                write_text(picture, "landmarks say otherwise", (10, 66), LOST)
+                write_text(picture, OTHERWISE, (10, 66), LOST)
         else:
             cv2.rectangle(picture, (2, 2), (self._frame[0] - 3, self._frame[1] - 3), LOST, 3)
             write_text(picture, result.status, (10, 44), LOST)

@@ -6,7 +6,7 @@ import numpy as np
 
 from abs_engine.core.arrays import Image
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.contours import LEGEND, LOST, WHITE, LipDrawing, write_text
+from abs_engine.tracking.contours import LEGEND, LOST, OTHERWISE, WHITE, LipDrawing, write_text
 from abs_engine.tracking.run_table import closed_frames
 
 MOST_TILES = 80
@@ -28,6 +28,7 @@ class ContactSheet:
         self._tiles: list[Image] = []
         self._stride = 1
         self._seen = 0
+        self._contradicted = False
 
     def add(self, image: Image, result: FrameResult) -> None:
         """Take a frame into account."""
@@ -51,7 +52,9 @@ class ContactSheet:
             return tile
         closed = bool(closed_frames(result.aperture))
         text = f"#{result.index}   {result.aperture:.1f} mm{'   closed' if closed else ''}"
-        write_text(tile, text, at, _CLOSED if closed else WHITE)
+        plain = _CLOSED if closed else WHITE
+        self._contradicted |= result.contradicted
+        write_text(tile, text, at, LOST if result.contradicted else plain)
         return tile
 
     def picture(self) -> Image:
@@ -68,6 +71,8 @@ class ContactSheet:
             y, x = (high + 2) * (place // COLUMNS), (wide + 2) * (place % COLUMNS)
             sheet[y : y + high, x : x + wide] = self._tiles[index]
         words = [*LEGEND, (f"{len(chosen)} of {self._seen} frames", WHITE)]
+        if self._contradicted:
+            words.append((OTHERWISE, LOST))
         for k, (text, colour) in enumerate(words):
             write_text(sheet, text, (6 + k * (wide + 2), len(sheet) - 6), colour)
         return sheet

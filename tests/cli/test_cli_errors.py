@@ -417,6 +417,13 @@ def test_lost_frames_are_printed_with_their_reasons():
     assert line.startswith("40 frames, 16 lost (mouth covered in 14, face not found in 2), 1 with")
 
 
+@pytest.mark.parametrize(("count", "said"), [(0, "lips; "), (3, "lips, 3 contradicted by ")])
+def test_frames_that_landmarks_contradict_are_counted(count, said):
+    told = {"frames": 40, "lost_frames": 0, "closed_frames": 1, "mean_evaluations": 300.0}
+    (line,) = summary_lines({**told, "contradicted_frames": count}, {"seconds_per_frame": 0.1})
+    assert line.startswith(f"40 frames, 0 lost, 1 with closed {said}")
+
+
 def test_the_warnings_printed_are_those_of_the_run():
     told = {"frames": 5, "lost_frames": 0, "closed_frames": 1, "mean_evaluations": 300.0}
     told |= {"mean_score": 0.6, "warnings": ["look at it"]}

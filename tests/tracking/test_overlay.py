@@ -169,6 +169,22 @@ def test_large_video_is_not_enlarged():
     assert picture.shape == (1176, 2368, 3)
 
 
+def test_frames_that_landmarks_contradict_are_red_on_the_sheet():
+    image = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
+    lowest = {}
+    for disagreement in (0.0, 9.0):
+        sheet = ContactSheet(toy_setting())
+        tile = sheet.tile(image, replace(toy_result(0), disagreement=disagreement))
+        caption = tile[-sheets.CAPTION :].reshape(-1, 3).astype(int)
+        sheet._tiles, sheet._seen = [tile], 1
+        legend = sheet.picture()[-sheets.CAPTION :]
+        lowest[disagreement] = [
+            bool((np.abs(pixels.reshape(-1, 3) - LOST).max(axis=1) < 40).any())
+            for pixels in (caption, legend.astype(int))
+        ]
+    assert lowest == {0.0: [False, False], 9.0: [True, True]}
+
+
 @pytest.mark.parametrize(("count", "tiles"), [(1, 1), (9, 9), (80, 80), (700, 80)])
 def test_the_sheet_has_all_frames_or_evenly_spread_ones(count, tiles, monkeypatch):
     tile = np.zeros((sheets.TILE[1] + sheets.CAPTION, sheets.TILE[0], 3), np.uint8)

@@ -15,9 +15,11 @@ def summary_lines(summary: dict[str, Any], timing: dict[str, Any], said: str = "
     """
     why = each_counted(summary.get("lost_reasons", {}))
     lost = f"{summary['lost_frames']} lost" + (f" ({why})" if why else "")
+    against = summary.get("contradicted_frames", 0)
+    doubted = f", {against} contradicted by landmarks" if against else ""
     yield (
         f"{counted(summary['frames'], 'frame')}, {lost}, "
-        f"{summary['closed_frames']} with closed lips; "
+        f"{summary['closed_frames']} with closed lips{doubted}; "
         f"{summary['mean_evaluations']:.0f} evaluations and "
         f"{timing['seconds_per_frame']:.3f} s a frame"
     )
