@@ -26,6 +26,7 @@ from abs_engine.dataset import (
 from abs_engine.dataset.clip import LANDMARKS
 from abs_engine.dataset.codec import CLOSED_BELOW
 from abs_engine.evaluate.estimate import Estimate, of_run
+from abs_engine.evaluate.landmark_csv import Reference
 from abs_engine.evaluate.metrics import to_camera
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.studio.people.lip_contact import widest_gap
@@ -127,6 +128,12 @@ def wide_rows(truth: Truth, pixels: np.ndarray, points: np.ndarray) -> tuple[lis
         for t in range(len(pixels))
     ]
     return heading, rows
+
+
+def reference_of(truth: Truth) -> Reference:
+    """What files of other systems are read against."""
+    neutral = truth.neutral.astype(np.float64)
+    return Reference(len(truth), truth.rate, neutral, truth.landmarks["landmark_68"])
 
 
 def arkit_rows(truth: Truth) -> tuple[list, list]:

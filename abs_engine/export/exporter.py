@@ -10,17 +10,19 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import InputFileError
-from abs_engine.core.geometry import Pose
+from abs_engine.core.geometry import FACING, Pose
 from abs_engine.face.neutral import neutral_face
 from abs_engine.io.assets import Speaker, load_speaker
-from abs_engine.io.inputs import is_there, read_json
+from abs_engine.io.inputs import is_there
 from abs_engine.tracking.measures import closure_arrays, closures, cuts
 from abs_engine.tracking.record import SUMMARY, camera_of, load_whole_run
 from abs_engine.tracking.run_mesh import RunMesh
+from abs_engine.tracking.stated_settings import stated_settings
 
 _ROUNDING = {"s": 1e-6, "mm": 1e-2, "px": 1e-2, "degrees": 1e-2, "": 1e-4}
 """Differences by their units, up to which they are of rounding."""
@@ -129,6 +131,12 @@ class TrackedRun:
         return [int(frame) for frame in np.flatnonzero(self.shown)]
 
     @cached_property
+    def turns(self) -> Rotation:
+        """Rotations of the head away from looking along the camera's axis, in these `frames`."""
+        vectors = self.arrays["rotation"][self.frames]
+        return Rotation.from_matrix(FACING.T) * Rotation.from_rotvec(vectors)
+
+    @cached_property
     def camera(self) -> Camera:
         """The camera of the video."""
         return camera_of(self.arrays)
@@ -191,10 +199,10 @@ def read_run(folder: Path, speaker: Path | None = None, needs: tuple[str, ...] =
     arrays, mesh = load_whole_run(folder, head, needs)
     # Older runs have none
     found = closure_arrays(closures(arrays["aperture"], arrays["time"], cuts(arrays)))
-    return TrackedRun(Path(folder), found | arrays, mesh, head, _sound(Path(folder) / SUMMARY))
+    return TrackedRun(Path(folder), found | arrays, mesh, head, _sound(Path(folder)))
 
 
-def _sound(path: Path) -> float:
+def _sound(folder: Path) -> float:
     """Beginning of the sound, s after the first picture; 0 where nothing says it.
 
     Raises
@@ -202,16 +210,17 @@ def _sound(path: Path) -> float:
     InputFileError
         If the file is there but cannot be read.
     """
-    if not is_there(path):
+    if not is_there(folder / SUMMARY):
         return 0.0
     try:
-        settings = read_json(path, gaps=True).get("settings")
-    except (OSError, ValueError, AttributeError) as error:
+        sound = stated_settings(folder).get("sound")
+    except KeyError:
+        return 0.0
+    except (OSError, ValueError) as error:
         raise InputFileError(
-            f"{path} is damaged: it does not say when the sound begins",
+            f"{folder / SUMMARY} is damaged: it does not say when the sound begins",
             "restore it, or track the video again",
         ) from error
-    sound = settings.get("sound") if isinstance(settings, dict) else None
     return float(sound) if isinstance(sound, int | float) and np.isfinite(sound) else 0.0
 
 

@@ -13,10 +13,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.geometry import FACING
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun
 from abs_engine.export.reading import compared
 
@@ -81,9 +79,7 @@ def parameters(run: TrackedRun) -> dict[int, FloatArray]:
 def _angles(run: TrackedRun) -> FloatArray:
     """Yaw, pitch and roll of the head, (T, 3) radians: R = Ry(yaw) Rx(pitch) Rz(roll)."""
     out = np.full((len(run), 3), np.nan)
-    for frame in run.frames:
-        turned = Rotation.from_matrix(FACING.T @ run.pose(frame).rotation)
-        out[frame] = turned.as_euler("YXZ")
+    out[run.frames] = run.turns.as_euler("YXZ")
     return out
 
 

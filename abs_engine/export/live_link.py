@@ -68,8 +68,7 @@ _SIX = np.ones((1, len(EYES)))
 def _angles(run: TrackedRun) -> FloatArray:
     """Yaw, pitch and roll of the head in each frame, (T, 3) radians; see `angles_of`."""
     out = np.full((len(run), 3), np.nan)
-    for frame in run.frames:
-        out[frame] = angles_of(run.pose(frame))
+    out[run.frames] = live_link_angles(run.turns)
     return out
 
 

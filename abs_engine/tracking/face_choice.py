@@ -54,9 +54,7 @@ class FaceChoice:
             near = self.box.shown(faces_about(image, self.box.centre, self.box.size))
             near = near or self.box.shown(faces_any_way_up(image))
             return (None, []) if near is None else (_believed(landmarks_of(image, near)), [near])
-        faces = by_size(faces_any_way_up(image))
-        pairs = [(f, _believed(landmarks_of(image, f))) for f in faces]
-        seen = [(f, m) for f, m in pairs if m is not None]  # what the second network denies is none
+        seen = faces_seen(image)
         if not seen:
             return None, []
         number = self.number or 1
@@ -69,10 +67,11 @@ class FaceChoice:
         return seen[number - 1][1], [f for f, _ in seen]
 
 
-def all_landmarks(image: Image) -> list[Landmarks]:
-    """The landmarks of each face in a picture (H, W, 3) RGB, the largest face first."""
-    found = (_believed(landmarks_of(image, face)) for face in by_size(faces_any_way_up(image)))
-    return [one for one in found if one is not None]
+def faces_seen(image: Image) -> list[tuple[Face, Landmarks]]:
+    """The faces of a picture (H, W, 3) RGB with their landmarks, the largest first."""
+    faces = by_size(faces_any_way_up(image))
+    pairs = [(face, _believed(landmarks_of(image, face))) for face in faces]
+    return [(f, m) for f, m in pairs if m is not None]  # what the second network denies is none
 
 
 LARGEST = FaceChoice()

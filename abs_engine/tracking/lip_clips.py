@@ -26,7 +26,6 @@ from abs_engine.face.shape.physics_head import physics_shape
 from abs_engine.fit.shell import ShellSetting, shell_colours
 from abs_engine.fit.shell_relaxation import Seen
 from abs_engine.io.assets import Speaker, shipped
-from abs_engine.io.inputs import read_json
 from abs_engine.io.video import read_frames
 from abs_engine.learn.further import LipClip
 from abs_engine.learn.settings import LEARNING
@@ -39,6 +38,7 @@ from abs_engine.tracking.recordings import (
 )
 from abs_engine.tracking.run_mesh import load_mesh_of
 from abs_engine.tracking.shells import BUNDLED
+from abs_engine.tracking.stated_settings import stated_settings
 
 COLOURS = "colours.npz"
 
@@ -171,14 +171,13 @@ def _rest(
 
 def _physics_of(folder: Path) -> LearnedPhysics | None:
     """The physics that a run was tracked with; None for a head that moved otherwise."""
-    path = folder / SUMMARY
     try:
-        told = read_json(path, gaps=True)["settings"]
+        told = stated_settings(folder)
         shell = told.get("model") == "shell"
         name = told.get("physics") or (told.get("model_file") if shell else None)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, ValueError, KeyError) as error:
         raise ModelFormatError(
-            f"{path} does not say how it was tracked", "track the video again"
+            f"{folder / SUMMARY} does not say how it was tracked", "track the video again"
         ) from error
     if name is None:
         return load_physics(shipped(BUNDLED)) if shell else None

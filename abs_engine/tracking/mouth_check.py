@@ -11,7 +11,7 @@ import numpy as np
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.fit.opening import NAME as OPENING
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.face_choice import all_landmarks
+from abs_engine.tracking.face_choice import faces_seen
 from abs_engine.tracking.landmarks import OUTER_RING, Landmarks
 from abs_engine.tracking.run_table import closed_frames
 from abs_engine.tracking.run_warnings import mouth_otherwise
@@ -43,7 +43,7 @@ class MouthCheck:
         self._next = result.index + self._step
         outer = result.lips[: self._setting.face.ring_sizes[0]]
         drawn = self._setting.camera.project(result.pose.apply(outer))
-        seen = all_landmarks(image)
+        seen = [marks for _, marks in faces_seen(image)]
         self._looks += 1
         if self._looks % FRAME_LOOP.looks == 0:  # a long clip is looked at less often
             self._step *= 2

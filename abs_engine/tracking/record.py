@@ -26,7 +26,7 @@ from abs_engine.core.pose import parted
 from abs_engine.core.provenance import made_by
 from abs_engine.io.arrays import Layout, real, text, truth, whole
 from abs_engine.io.assets import Speaker
-from abs_engine.io.inputs import is_there, read_json
+from abs_engine.io.inputs import is_there
 from abs_engine.io.npz import read_npz
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.frame_rows import (
@@ -239,16 +239,6 @@ class Recorder:
         if len(setting.times) == count:
             return np.array(setting.times, np.float64)
         return np.arange(count) / setting.rate
-
-
-def run_settings(folder: Path) -> dict[str, Any]:
-    """Settings that ``run.json`` states; none where there is no such file that can be read."""
-    try:
-        stated = read_json(Path(folder) / SUMMARY, gaps=True)
-    except (OSError, ValueError):
-        return {}
-    settings = stated.get("settings") if isinstance(stated, dict) else None
-    return settings if isinstance(settings, dict) else {}
 
 
 _CAMERA = ("camera_matrix", "camera_size", "camera_distortion")

@@ -22,7 +22,6 @@ from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.words import counted
 from abs_engine.dataset.sums import check_distinct, digest
 from abs_engine.io.assets import Speaker
-from abs_engine.io.inputs import read_json
 from abs_engine.io.video import probe
 from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking.face_choice import LARGEST, FaceChoice
@@ -31,6 +30,7 @@ from abs_engine.tracking.record import SUMMARY, Record, camera_of, load_run
 from abs_engine.tracking.run_mesh import load_mesh_of
 from abs_engine.tracking.scale import USUAL_PUPILS, Scale
 from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.stated_settings import stated_settings
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -135,7 +135,7 @@ def load_recording(folder: Path, speaker: Speaker) -> Recording:
     """
     run, mesh = load_run(folder), load_mesh_of(folder, speaker)
     try:
-        told = read_json(folder / SUMMARY, gaps=True)["settings"]
+        told = stated_settings(folder)
         choice = _choice(told, run)
         name, known = str(told["video"]), str(told["video_sha256"])
         stored, pupils = str(told.get("video_path", name)), float(told["scale"]["pupils"])

@@ -15,6 +15,7 @@ from results import (
     areas,
     arkit_rows,
     clip,
+    reference_of,
     run_arrays,
     speaker,
     true_landmarks,
@@ -30,7 +31,7 @@ from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterEr
 from abs_engine.core.geometry import FACING, rotations
 from abs_engine.dataset.timecode import BASES, seconds_since_first
 from abs_engine.evaluate.arkit_csv import read_arkit
-from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
+from abs_engine.evaluate.landmark_csv import read_landmarks
 from abs_engine.evaluate.score import measure, summary
 from abs_engine.io.csv_table import read_table
 from abs_engine.report.inspect.runs import load_run_head
@@ -48,8 +49,7 @@ def truth():
 
 @pytest.fixture(scope="module")
 def reference(truth):
-    neutral = truth.neutral.astype(np.float64)
-    return Reference(FRAMES, RATE, neutral, truth.landmarks["landmark_68"])
+    return reference_of(truth)
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ from results import (
     areas,
     arkit_rows,
     clip,
+    reference_of,
     speaker,
     true_landmarks,
     wide_rows,
@@ -18,7 +19,7 @@ from results import (
 
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.evaluate.arkit_csv import read_arkit
-from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
+from abs_engine.evaluate.landmark_csv import read_landmarks
 from abs_engine.evaluate.metrics import closed_intervals
 from abs_engine.evaluate.score import measure, summary
 
@@ -30,8 +31,7 @@ def truth():
 
 @pytest.fixture(scope="module")
 def reference(truth):
-    neutral = truth.neutral.astype(np.float64)
-    return Reference(FRAMES, RATE, neutral, truth.landmarks["landmark_68"])
+    return reference_of(truth)
 
 
 def arkit(path, reference):

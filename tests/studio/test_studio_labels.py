@@ -196,7 +196,15 @@ def test_in_a_mirror_as_well(speaker, shots):
     assert (facing[inside] < 0.1).mean() > 0.98  # what is seen faces the camera, mirrored or not
 
 
-TURNED = """
+def filmed(speaker, text):
+    """A scene's plan, and its first picture."""
+    scene = complete(parse_scene(text))
+    plan = plan_clip(scene, 0, speaker, Cast(speaker, ()), Path(), "")
+    with Take(speaker, plan, 0, ()) as take:
+        return plan, next(take.film(0, 2))[1]
+
+
+HEAD = """
 format = "abs_engine.scene"
 version = 1
 shirt = false
@@ -204,6 +212,8 @@ shirt = false
 name = "glass"
 size = [192, 144]
 field_of_view_degrees = 47
+"""
+TURNED = """
 position = [0, 0, 700]
 target = [0, 0, 60]
 mirror = { corners = [[-60, -180, 980], [260, -180, 860], [260, 180, 860], [-60, 180, 980]] }
@@ -215,10 +225,7 @@ motion = { amount = 0, keys = [{ time = 0, turn_degrees = [0, 150, 0] }] }
 
 
 def test_landmarks_in_a_mirror_are_hidden_by_the_head_before_it(speaker):
-    scene = complete(parse_scene(TURNED))
-    plan = plan_clip(scene, 0, speaker, Cast(speaker, ()), Path(), "")
-    with Take(speaker, plan, 0, ()) as take:
-        _, shot = next(take.film(0, 2))
+    plan, shot = filmed(speaker, HEAD + TURNED)
     column, row = np.rint(shot.mirror_pixels).astype(int).T
     on_it = Mirror(plan.views[0].mirror).mask(plan.views[0].camera)[row, column]
     assert shot.glass[row, column][shot.mirror_seen].all()
@@ -226,13 +233,6 @@ def test_landmarks_in_a_mirror_are_hidden_by_the_head_before_it(speaker):
 
 
 BESIDE = """
-format = "abs_engine.scene"
-version = 1
-shirt = false
-[[camera]]
-name = "glass"
-size = [192, 144]
-field_of_view_degrees = 47
 position = [60, 30, 700]
 target = [60, 0, 60]
 mirror = { corners = [[50, -180, 800], [250, -180, 450], [250, 180, 450], [50, 180, 800]] }
@@ -249,12 +249,8 @@ motion = { amount = 0 }
 
 
 def test_what_is_behind_a_mirror_is_not_seen_in_it(speaker):
-    shots = []
-    for text in (BESIDE, BESIDE.replace("frames = 2", "frames = 2\noccluders = []")):
-        plan = plan_clip(complete(parse_scene(text)), 0, speaker, Cast(speaker, ()), Path(), "")
-        with Take(speaker, plan, 0, ()) as take:
-            shots.append(next(take.film(0, 2))[1])
-    behind, alone = shots
+    without = BESIDE.replace("frames = 2", "frames = 2\noccluders = []")
+    behind, alone = (filmed(speaker, HEAD + text)[1] for text in (BESIDE, without))
     assert alone.mirror_seen.sum() > 10
     assert (behind.mirror_seen == alone.mirror_seen).all()
     assert (behind.ids == alone.ids).all()

@@ -81,7 +81,7 @@ def test_a_mouth_that_is_drawn_closed_and_seen_open(monkeypatch):
         across = np.linalg.norm(seen[263, :2] - seen[33, :2])
         seen[14] = seen[13] + [0, openness * across, 0]
         face = replace(network_sees(IMAGE), points=seen)
-        monkeypatch.setattr(mouth_check, "all_landmarks", lambda _image: [face])
+        monkeypatch.setattr(mouth_check, "faces_seen", lambda _image: [(None, face)])
         return warned([replace(result(k * apart), aperture=aperture) for k in range(frames)])
 
     apart = round(FRAME_LOOP.look_apart * 25)
@@ -100,7 +100,7 @@ def test_lost_frames_and_pictures_without_a_face_do_not_count():
 
 
 def test_heads_by_landmarks_and_close_ups_are_not_looked_at(monkeypatch):
-    monkeypatch.setattr(mouth_check, "all_landmarks", lambda _image: pytest.fail("looked at"))
+    monkeypatch.setattr(mouth_check, "faces_seen", lambda _image: pytest.fail("looked at"))
     beside = [result(right=40.0)]
     assert warned(beside, made=setting(landmarks=object())) == []
     worn = setting(face=toy_setting().face.looking(**{OPENING: object()}))
@@ -110,8 +110,8 @@ def test_heads_by_landmarks_and_close_ups_are_not_looked_at(monkeypatch):
 @pytest.mark.parametrize("face", [True, False])
 def test_long_clips_are_looked_at_less_often(face, monkeypatch):
     looked = []
-    seen = [network_sees(IMAGE)] if face else []
-    monkeypatch.setattr(mouth_check, "all_landmarks", lambda _image: looked.append(1) or seen)
+    seen = [(None, network_sees(IMAGE))] if face else []
+    monkeypatch.setattr(mouth_check, "faces_seen", lambda _image: looked.append(1) or seen)
     check, found = MouthCheck(setting(rate=10.0)), result()
     for k in range(1000):
         check.add(IMAGE, replace(found, index=k))

@@ -29,12 +29,12 @@ from abs_engine.tracking.record import (
     TABLE,
     Recorder,
     load_run,
-    run_settings,
 )
 from abs_engine.tracking.run import prepare_clip
 from abs_engine.tracking.run_mesh import load_mesh
 from abs_engine.tracking.run_table import POINT_NAMES, closure_table, written
 from abs_engine.tracking.run_warnings import FACE_COLOURS, GIVEN_COLOURS
+from abs_engine.tracking.stated_settings import run_settings
 
 RESULTS_OF_CLIP = [toy_result(0), toy_result(1, prototype=4), lost_result(2), toy_result(3, 3)]
 
