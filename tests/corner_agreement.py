@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from edge_agreement import FloatArray, correlation, labels, seen_lips
+from edge_agreement import WITHIN, FloatArray, correlation, labels, seen_lips
 from people_agreement import DATA, PARTS
 
 from abs_engine.io.assets import load_speaker
@@ -52,6 +52,8 @@ class Frame:
         The detector's width, divided by its distance between the eyes.
     differ : float, mm
         Width of the first reading less that of the second, in the picture.
+    deviation : float, mm
+        Standard deviation of the width of the run.
     """
 
     inside: FloatArray
@@ -62,6 +64,7 @@ class Frame:
     flat: float
     detector: float
     differ: float
+    deviation: float
 
 
 def frame_of(
@@ -97,6 +100,7 @@ def frame_of(
         float(long * mm),
         np.nan if detector is None else detector,
         float(mm * (widths[0] - widths[1])),
+        float(run["width_sd"][at]),
     )
 
 
@@ -116,6 +120,13 @@ class Clip:
         longer = [np.mean(self.of(name) - self.of("read")) for name in ("outline", "width")]
         ends = (self.of(name).mean(axis=0) for name in ("inside", "meeting"))
         return np.array([*np.concatenate(list(ends)), *longer])
+
+    @property
+    def held(self) -> FloatArray:
+        """Whether 90 % intervals hold the width read: as it is, less the clip's mean (T, 2)."""
+        off = self.of("width") - self.of("read")
+        reach = WITHIN * self.of("deviation")
+        return np.column_stack([np.abs(off) < reach, np.abs(off - off.mean()) < reach])
 
     @property
     def correlations(self) -> FloatArray:
@@ -151,7 +162,12 @@ def lines(runs: Path) -> Iterator[str]:
     yield "means of clips; of r, medians"
     for title, names in (PARTS | {"all": list(found)}).items():
         apart = np.mean([found[n].apart for n in names], axis=0)
-        yield f"{title}: {_row(apart, np.median([found[n].correlations for n in names], axis=0))}"
+        r = np.median([found[n].correlations for n in names], axis=0)
+        held = np.mean(np.concatenate([found[n].held for n in names]), axis=0)
+        yield (
+            f"{title}: {_row(apart, r)}; 90 % intervals of the width hold {held[0]:.2f}, "
+            f"less each clip's mean error {held[1]:.2f}"
+        )
 
 
 def _row(apart: FloatArray, correlations: FloatArray) -> str:

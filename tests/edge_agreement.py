@@ -35,6 +35,10 @@ LABELS = Path(__file__).parent / "data" / "lip_edges.csv"
 EDGES = ("top", "upper", "lower", "bottom")
 PARTED = 1.5
 """Mm between the inner edges, from which on they are counted."""
+WITHIN = 1.645
+"""Standard deviations to either side of a 90 % interval."""
+OPEN = (0.5, 5.0)
+"""Mm, gaps as read between which lips are neither closed nor wide open."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +49,8 @@ class Clip:
     ----------
     ours, first, second : (T, 4) float64
         As drawn, and as they were read twice.
-    aperture, detector : (T,) float64
-        Of the run, mm; of the detector, in its own units.
+    aperture, deviation, detector : (T,) float64
+        Of the run, mm, and its standard deviation; of the detector, in its own units.
     mm : float
         Of a pixel.
     """
@@ -55,6 +59,7 @@ class Clip:
     first: FloatArray
     second: FloatArray
     aperture: FloatArray
+    deviation: FloatArray
     detector: FloatArray
     mm: float
 
@@ -75,6 +80,12 @@ class Clip:
     def gap_rms(self) -> float:
         """By how much the apertures differ from the gap as read, RMS, mm."""
         return float(np.sqrt(np.nanmean((self.aperture - _gap(self.read)) ** 2)))
+
+    @property
+    def held(self) -> FloatArray:
+        """Whether 90 % intervals of the aperture hold the gap as read, 0 or 1 (T,)."""
+        off = np.abs(self.aperture - _gap(self.read))
+        return np.where(np.isfinite(off), off < WITHIN * self.deviation, np.nan)
 
     @property
     def correlations(self) -> FloatArray:
@@ -138,7 +149,10 @@ def clip_of(name: str, rows: list[dict[str, float]], runs: Path, detector: list[
     at = [int(r["frame"]) for r in rows]
     given = np.array([np.nan if detector[k] is None else detector[k] for k in at], np.float64)
     first, second = (one * mm[:, None] for one in read)
-    return Clip(ours * mm[:, None], first, second, run["aperture"][at], given, float(np.median(mm)))
+    return Clip(
+        ours * mm[:, None], first, second, run["aperture"][at], run["aperture_sd"][at], given,
+        float(np.median(mm)),
+    )  # fmt: skip
 
 
 def labels(path: Path) -> dict[str, list[dict[str, float]]]:
@@ -171,8 +185,19 @@ def lines(runs: Path) -> Iterator[str]:
         rms = np.mean([found[n].gap_rms for n in names])
         yield (
             f"{title}: {_signed(off)}; r median: ours {r[0]:.3f}, detector {r[1]:.3f}; "
-            f"apertures off by {rms:.2f} mm"
+            f"apertures off by {rms:.2f} mm; {_held([found[n] for n in names])}"
         )
+
+
+def _held(clips: list[Clip]) -> str:
+    held = np.concatenate([clip.held for clip in clips])
+    gap = np.concatenate([_gap(clip.read) for clip in clips])
+    parts = {"closed": gap < OPEN[0], "wide open": gap >= OPEN[1]}
+    parts["between"] = ~(parts["closed"] | parts["wide open"])
+    shares = [
+        f"{name} {np.nanmean(held[which]):.2f}" for name, which in parts.items() if which.any()
+    ]
+    return f"90 % intervals hold {np.nanmean(held):.2f} ({', '.join(shares)})"
 
 
 def _signed(values: FloatArray) -> str:

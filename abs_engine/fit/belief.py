@@ -54,6 +54,7 @@ class Unknown:
 
 
 APERTURE, WIDTH = Unknown(*BELIEF.aperture), Unknown(*BELIEF.width)
+BY_LANDMARKS = Unknown(*BELIEF.by_landmarks)
 GREY_APERTURE, GREY_WIDTH = Unknown(*BELIEF.grey_aperture), Unknown(*BELIEF.grey_width)
 PROTRUSION = Unknown(*BELIEF.protrusion)
 POINTS = tuple(Unknown(*axis) for axis in BELIEF.points)
@@ -108,6 +109,37 @@ class Belief:
         """
         factor = 1.0 if math.isnan(disagreement) else math.hypot(BELIEF.agreed, disagreement)
         return replace(self, aperture=self.aperture * factor)
+
+    def resting_on_landmarks(self, share: float) -> Belief:
+        """Belief where an aperture rests on landmarks rather than on colours.
+
+        How far the landmark network is off on a person is no noise of a frame, and no curvature
+        knows of it; where colours do not follow the landmarks, one of the two is wrong.
+
+        Parameters
+        ----------
+        share : float
+            Of the weight of colours that is missing, from 0 to 1.
+        """
+        more = share * BY_LANDMARKS.deviation(np.zeros(()), max(self.gap, 0.0)) ** 2
+        return replace(self, aperture=math.sqrt(self.aperture**2 + float(more)))
+
+
+def share_of_landmarks(face: Face, *, alone: bool) -> float:
+    """Share of an aperture that rests on landmarks, from 0 to 1: what colours lack of their weight.
+
+    None of one by poor colours, whose deviations are wide as they are.
+
+    Parameters
+    ----------
+    face : Face
+    alone : bool
+        Whether nothing but landmarks was used.
+    """
+    classes = face.appearance.get(COLOUR)
+    if classes is not None and classes.poor:
+        return 0.0
+    return 1.0 if alone else 1.0 - float(classes.weight if classes is not None else 1.0)
 
 
 def belief_of(problem: Problem, face: Face, x: FloatArray) -> Belief | None:

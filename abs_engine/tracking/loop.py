@@ -15,7 +15,7 @@ from abs_engine.core.pose import at_base
 from abs_engine.core.threads import DEPTH, ahead, closed_after, one_thread, workers
 from abs_engine.face.base import Face
 from abs_engine.fit.answers import check_value
-from abs_engine.fit.belief import belief_of
+from abs_engine.fit.belief import belief_of, share_of_landmarks
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.seal import sealed
 from abs_engine.fit.search import Found, averaged, search
@@ -273,13 +273,16 @@ def _result(setting: ClipSetting, index: int, work: Work, found: Found) -> Frame
     own = belief.aperture if belief else float("nan")
     # Landmarks alone are no second measure beside themselves
     off = float("nan") if alone else disagreement(aperture, own, by_landmarks)
+    if belief is not None and marks is not None:
+        by_share = share_of_landmarks(face, alone=alone)
+        belief = belief.against(off).resting_on_landmarks(by_share)
     return FrameResult(
         index, True, x, pose, lips, width, aperture, value.value,
         work.explained(value), found.best.n_evaluations, found.best.status,
         landmark_distance=_apart(work, x)[0], landmark_aperture=by_landmarks, unit=problem.unit,
         terms=value.terms, highest=found.best,
         protrusion=face.protrusion(problem.blocks.part(x, POSTURE)),
-        belief=belief and belief.against(off), disagreement=off,
+        belief=belief, disagreement=off,
     )  # fmt: skip
 
 

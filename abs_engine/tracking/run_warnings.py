@@ -275,7 +275,8 @@ def doubts(
     if agreement < FRAME_LOOP.least_agreement and not small:
         lines.append(
             f"by colours alone the mouth opens {max(agreement, 0.0):.0%} as far as by landmarks: "
-            "teeth or tongue may be taken for lips; look at the overlay before you use it"
+            "teeth or tongue may be taken for lips. So colours count less, and aperture_sd is "
+            "larger; look at the overlay before you use it"
         )
     if len(against) >= FRAME_LOOP.fewest and against.mean() > FRAME_LOOP.most_contradicted:
         lines.append(

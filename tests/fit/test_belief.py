@@ -12,7 +12,7 @@ from test_track_fit import ALL, BASE, MODEL, SETTING, N, start
 
 from abs_engine.compare.prior import GaussianPrior, InformationPrior
 from abs_engine.core.scene import ClassMaps
-from abs_engine.fit.belief import ROTATION, Unknown, belief_of
+from abs_engine.fit.belief import ROTATION, Unknown, belief_of, share_of_landmarks
 from abs_engine.fit.head_frame import COLOUR, contact_prior
 from abs_engine.fit.problem import Problem
 from abs_engine.optimise.newton import Newton
@@ -97,6 +97,31 @@ def test_another_measure_that_agrees_leaves_more_belief_and_one_that_does_not_le
     assert doubted.aperture == pytest.approx(3 * found.aperture, rel=0.1)
     assert 0.5 < doubted.closed < found.closed
     assert doubted.width == found.width
+
+
+def test_an_aperture_that_rests_on_landmarks_is_less_sure_the_farther_it_is_open():
+    made, _ = told(400.0 * np.eye(N))
+    shut, wide = (belief_of(made, FACE, np.r_[np.zeros(6), MODEL.prototypes[k]]) for k in (0, 2))
+    assert shut.resting_on_landmarks(0.0).aperture == shut.aperture
+    more = [
+        found.resting_on_landmarks(1.0).aperture ** 2 - found.aperture**2 for found in (shut, wide)
+    ]
+    assert more == pytest.approx([0.75**2, 0.75**2 + min(0.3 * wide.gap, 4.0) ** 2])
+    half = wide.resting_on_landmarks(0.5).aperture ** 2 - wide.aperture**2
+    assert half == pytest.approx(more[1] / 2)
+    assert shut.resting_on_landmarks(1.0).closed < shut.closed
+    assert shut.resting_on_landmarks(1.0).width == shut.width
+
+
+def test_landmarks_share_is_the_weight_that_colours_lack():
+    def share(alone=False, **colours):
+        face = FACE.looking(colour=SimpleNamespace(**colours)) if colours else FACE
+        return share_of_landmarks(face, alone=alone)
+
+    assert share(poor=False, weight=0.3) == pytest.approx(0.7)
+    assert share(poor=False, weight=0.3, alone=True) == share(alone=True) == 1.0
+    assert share(poor=True, weight=0.3, alone=True) == share(poor=True, weight=0.3) == 0.0
+    assert share() == 0.0
 
 
 def test_evidence_without_curvature_gives_none():
