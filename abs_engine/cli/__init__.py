@@ -91,8 +91,8 @@ def _run(arguments: Sequence[str] | None) -> int:
         asked = stop.__cause__ if isinstance(stop, SystemError) else stop
         if not isinstance(asked, KeyboardInterrupt):
             raise
-        what = str(asked) or "nothing was left behind"
-        log(f"abs-engine: interrupted; {what}\n")
+        kept = f"; {asked}" if str(asked) else ""
+        log(f"abs-engine: interrupted{kept}\n")
         return INTERRUPTED
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,6 +19,8 @@ OWN = TABLE, TIMING
 """Files about all clips, in the folder of their runs."""
 BETWEEN = " | "
 """Separates warnings in a message."""
+LONGEST = 200
+"""Bytes of a run's name: file systems take 255, and names of files beside it are longer."""
 
 
 @dataclass(frozen=True)
@@ -75,13 +79,15 @@ class Outcome:
 def run_names(videos: Sequence[Path]) -> list[str]:
     """A name for each clip's run: that of its file, with its folder's before it if it is not alone.
 
+    A long one is cut and ends in digits of a digest of it.
+
     Raises
     ------
     ParameterError
         If two are named alike even so, or one as a file in the folder of all runs.
     """
     stems = Counter(video.stem for video in videos)
-    names = [v.stem if stems[v.stem] == 1 else f"{v.parent.name}-{v.stem}" for v in videos]
+    names = [_cut(v.stem if stems[v.stem] == 1 else f"{v.parent.name}-{v.stem}") for v in videos]
     for name, video in zip(names, videos, strict=True):
         if name in OWN:
             raise ParameterError(
@@ -94,3 +100,11 @@ def run_names(videos: Sequence[Path]) -> list[str]:
                 "give each once, or track them to different folders",
             )
     return names
+
+
+def _cut(name: str) -> str:
+    """A name that a folder may have, and files beside it that are named after it."""
+    whole = os.fsencode(name)
+    if len(whole) <= LONGEST:
+        return name
+    return f"{whole[:LONGEST].decode(errors='ignore')}-{hashlib.sha256(whole).hexdigest()[:6]}"

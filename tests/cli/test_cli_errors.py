@@ -15,6 +15,7 @@ import whole_files
 from results import clip, write_dataset
 from runs import write_broken, write_noise, write_speaker
 
+from abs_engine.__main__ import run
 from abs_engine.capture.dot_annotations import read_marks
 from abs_engine.capture.head import read_reference
 from abs_engine.cli import main
@@ -168,7 +169,6 @@ def test_an_output_that_exists(fails, tmp_path, noise_video):
         (("report", "run", "-o", "r.pdf"), ".html"),
         (("train", "dots.npz", "-o", "lips.txt"), ".npz"),
         (("train", "dots.npz", "-o", ".."), ".npz"),
-        (("train", "dots.npz", "-o", ""), ".npz"),
         (("observe", "film.mp4", "-o", "dots.csv"), ".npz"),
         (("speaker", __file__, "-o", "me.npz"), ".face"),
         (("import", __file__, "-o", "head"), ".face"),
@@ -318,7 +318,28 @@ def test_ctrl_c_in_a_compiled_loop_is_an_interruption(capsys, tmp_path, noise_vi
     monkeypatch.setattr("abs_engine.tracking.run.prepare", interrupt)
     words = [str(word) for word in track(noise_video, tmp_path / "run")]
     assert main(words) == 130
-    assert "interrupted; nothing was left behind" in capsys.readouterr().err
+    assert capsys.readouterr().err.splitlines()[-1] == "abs-engine: interrupted"
+
+
+def test_ctrl_c_while_the_command_loads_is_an_interruption(capsys, monkeypatch):
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("abs_engine.cli.main", interrupt)
+    assert run() == 130
+    assert capsys.readouterr().err == "abs-engine: interrupted\n"
+
+
+@pytest.mark.parametrize("words", [("track", ""), ("train", "dots.npz", "-o", "")])
+def test_an_empty_path_is_refused(words, fails):
+    assert "a path is empty" in fails(*words)
+
+
+@pytest.mark.parametrize("value", ['"maybe"', "1"])
+def test_a_flag_of_a_settings_file_is_true_or_false(value, fails, tmp_path, noise_video):
+    (tmp_path / "s.toml").write_text(f"worn = {value}")
+    words = *track(noise_video, tmp_path / "run"), "--settings", tmp_path / "s.toml"
+    assert "give true or false" in fails(*words)
 
 
 def test_another_system_error_is_none(tmp_path, noise_video, monkeypatch):

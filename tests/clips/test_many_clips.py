@@ -44,6 +44,16 @@ def test_clips_named_alike_have_their_folder_s_name_before():
     assert run_names(given) == ["s1-a", "s2-a", "b"]
 
 
+def test_a_name_too_long_for_files_beside_the_run_is_cut_at_a_character():
+    long, other = "発話" * 41, "発話" * 40 + "終話"
+    names = run_names([Path(f"{name}.mp4") for name in (long, other)])
+    assert len(set(names)) == 2
+    for name in names:
+        assert name.startswith("発話" * 33)
+        assert len(f"{name}.traceback.txt".encode()) < 255
+    assert run_names([Path("a" * 200 + ".mp4")]) == ["a" * 200]
+
+
 @pytest.mark.parametrize("other", ["s1/a.mp4", "s1/a.avi", "old/s1/a.mp4"])
 def test_names_that_cannot_be_told_apart_are_refused(other):
     with pytest.raises(ParameterError, match="s1-a"):

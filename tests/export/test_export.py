@@ -372,6 +372,13 @@ def test_times_of_long_clips_are_as_exact(name, run, tmp_path):
     assert off["times"] < 1e-4
 
 
+def test_objs_of_no_head_are_refused(tmp_path):
+    none = written_run(tmp_path / "none", [None, None])
+    with pytest.raises(InputFileError, match="no frame of the run has a head"):
+        export_run(none, "obj", tmp_path / "heads")
+    assert not (tmp_path / "heads").exists()
+
+
 def test_the_command_reports_what_is_lost(folder, tmp_path, capsys):
     out = tmp_path / "lips.csv"
     assert main(["export", str(folder), "--to", "landmarks", "-o", str(out)]) == 0

@@ -29,6 +29,8 @@ class _Path(click.Path):
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Its path."""
+        if not str(value):
+            self.fail("a path is empty", param, ctx)
         check_no_address(value)
         return Path(at_home(value))
 

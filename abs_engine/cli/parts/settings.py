@@ -89,6 +89,8 @@ def read_settings(path: Path, command: Command) -> dict[str, Any]:
         several = value if isinstance(value, list) else [value]
         if isinstance(value, list) > (one.multiple or one.nargs > 1) or isinstance(value, dict):
             raise ParameterError(f"{path} has more than a value for '{name}'", "give one")
+        if one.is_flag and not isinstance(value, bool):
+            raise ParameterError(f"{path} gives '{name}' the value {value!r}", "give true or false")
         read = [_read(str(v), one, path.parent) for v in several]
         values[one.name or ""] = read if one.multiple or one.nargs > 1 else read[0]
     return values

@@ -16,6 +16,7 @@ from abs_engine.io.video.shown import Harmless, Pictures, Turn, pixel_aspect, sh
 from abs_engine.io.video.source import moving_streams, open_video, picture_stream
 from abs_engine.io.video.writer import Frame
 
+_NOT_WHOLE = "check that it is whole, or convert it to MP4"
 _LONGEST_TAIL = 1000  # packets; with rarer key frames only `read_frames` judges the last frames
 
 _VP8_SHOWN = 0x10  # of the first byte of a packet
@@ -137,7 +138,7 @@ def _decoded(path: Path) -> Iterator[tuple[av.VideoFrame, float]]:
             raise broken_off(path, count, f" ({error.strerror})") from error
         ending.check(count)
     if count == 0:
-        raise VideoError(f"{path} holds no frames", "check that it is whole")
+        raise VideoError(f"{path} holds no frames", _NOT_WHOLE)
 
 
 class _Decoder:
@@ -175,7 +176,7 @@ def _first_frame(path: Path) -> tuple[av.VideoFrame, float]:
     try:
         return next(frames)
     except StopIteration:
-        raise VideoError(f"{path} holds no frames", "check that it is whole") from None
+        raise VideoError(f"{path} holds no frames", _NOT_WHOLE) from None
     finally:
         frames.close()  # type: ignore[attr-defined]
 
