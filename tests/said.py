@@ -23,11 +23,16 @@ def say(text, speaker, person, camera, *, rate=25.0, frames=None, seed=0):
     times = np.arange(len(talk.weights)) / rate
     weights = talk.weights + expression(times, speaker.unit_names, rng)
     rotations, translations = wander(times, portrait(camera, speaker, neutral), rng)
-    gaps = [widest_gap(speaker, neutral + deform(speaker, row)) for row in weights]
-    closed = np.array(gaps) < CLOSED_BELOW
     return Sequence(
-        person, text, rate, weights, rotations, translations, talk.phonemes, closed, talk.intervals
+        person, text, rate, weights, rotations, translations, talk.phonemes, talk.intervals
     )
+
+
+def closed_in(speaker, sequence):
+    """Frames (T,) in which the lips of the mesh touch all along."""
+    neutral = speaker.named(sequence.person)
+    gaps = [widest_gap(speaker, neutral + deform(speaker, row)) for row in sequence.weights]
+    return np.array(gaps) < CLOSED_BELOW
 
 
 def film(

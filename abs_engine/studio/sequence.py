@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from abs_engine.core.arrays import BoolArray, FloatArray
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import FACING, Pose
@@ -41,8 +41,6 @@ class Sequence:
     translations : (T, 3) float64, mm, camera frame
     visemes : tuple of str
         The nearest viseme of each frame.
-    closed : (T,) bool
-        Whether the lips touch all along, measured on the mesh.
     intervals : tuple of (str, float, float)
         Visemes, and when each begins and ends, seconds.
     """
@@ -54,7 +52,6 @@ class Sequence:
     rotations: FloatArray
     translations: FloatArray
     visemes: tuple[str, ...]
-    closed: BoolArray
     intervals: tuple[tuple[str, float, float], ...] = ()
 
     def __len__(self) -> int:

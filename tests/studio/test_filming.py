@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from said import film, say
+from said import closed_in, film, say
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import OutputError, ParameterError, StudioError
@@ -138,7 +138,7 @@ def test_files_and_their_kinds(clip, truth):
 
 def test_truth_is_what_was_asked_for(speaker, sequence, truth):
     np.testing.assert_array_equal(truth.unit_weights, sequence.weights)
-    np.testing.assert_array_equal(truth.closed, sequence.closed)
+    np.testing.assert_array_equal(truth.closed, closed_in(speaker, sequence))
     assert truth.phonemes == sequence.visemes
     assert tuple(truth.intervals) == sequence.intervals
     for frame in range(FRAMES):

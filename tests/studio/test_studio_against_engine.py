@@ -40,8 +40,8 @@ def both(speaker):
     still = replace(
         said,
         **{n: getattr(said, n)[middle] for n in ("weights", "rotations", "translations")},
-        visemes=said.visemes[middle], closed=said.closed[middle],
-    )  # fmt: skip
+        visemes=said.visemes[middle],
+    )
     clean = Sensor(blur=0.0, shot=0.0, read=0.0)
     plan = filming.plan_of(speaker, still, CAMERA, Look(shirt=None, sensor=clean))
     with Take(speaker, plan, 0, ("albedo", "normals")) as take:

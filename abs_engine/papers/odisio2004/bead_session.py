@@ -18,12 +18,12 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.dataset.codec import BOARD as BOARD_CODE
 from abs_engine.learn.spoken import SpokenCorpus, bite_plane_of
+from abs_engine.papers.odisio2004.filmed import with_beads
 from abs_engine.studio.appearance.look import Light, Look
 from abs_engine.studio.board_mesh import printed
 from abs_engine.studio.corpus import viseme_weights
 from abs_engine.studio.filming import plan_of
 from abs_engine.studio.make import Crew, Order, Progress, make
-from abs_engine.studio.people import Person, dots, paint
 from abs_engine.studio.plan import ClipPlan, Prop, View, compose, vectors
 from abs_engine.studio.props import BOARD, mouth_of
 from abs_engine.studio.sequence import Sequence, portrait, wander
@@ -126,17 +126,13 @@ class BeadSession:
         camera = Camera(close.matrix, _SIZE, np.array(_LENS))
         count = len(weights)
         rotations, shifts = wander(np.arange(count) / RATE, base, rng, reach)
-        nothing = np.zeros(count, np.bool_)
-        act = Sequence(self.person, name, RATE, weights, rotations, shifts, ("",) * count, nothing)
+        act = Sequence(self.person, name, RATE, weights, rotations, shifts, ("",) * count)
         plan = plan_of(speaker, act, camera, _LOOK, self.seed, command)
-        worn = Person(self.person, self.person, beads=BEADS)
         middle = Pose.from_vectors(plan.rotations[0], plan.translations[0]).apply(
             mouth_of(speaker, plan.neutral)
         )
-        return replace(
-            plan, name=name, texture=paint(speaker, worn), dots=dots(speaker, worn).vertices,
-            views=tuple(_turned(plan.views[0], *side, middle) for side in _SIDES),
-        )  # fmt: skip
+        views = tuple(_turned(plan.views[0], *side, middle) for side in _SIDES)
+        return replace(with_beads(speaker, plan, BEADS), name=name, views=views)
 
     def _board(self, head: Pose) -> Prop:
         """The board in its places before the head, then the plate between the teeth."""

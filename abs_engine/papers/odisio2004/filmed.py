@@ -26,6 +26,7 @@ from abs_engine.studio.appearance.look import Look
 from abs_engine.studio.filming import plan_of
 from abs_engine.studio.make import Crew, Order, make
 from abs_engine.studio.people import Person, dots, paint
+from abs_engine.studio.plan import ClipPlan
 from abs_engine.studio.sequence import Sequence, portrait, wander
 
 SIZE = (320, 240)
@@ -104,15 +105,19 @@ def film_visemes(
     times = rng.uniform(0.0, _LONG, len(spoken.weights))
     rotations, shifts = wander(times, portrait(camera, speaker, neutral), rng)
     names = spoken.corpus.visemes
-    nothing = np.zeros(len(names), np.bool_)
-    act = Sequence(person, "visemes", 25.0, spoken.weights, rotations, shifts, names, nothing)
+    act = Sequence(person, "visemes", 25.0, spoken.weights, rotations, shifts, names)
     plan = plan_of(speaker, act, camera, Look(), seed, COMMAND)
-    if beads:
-        worn = Person(person, person, beads=beads)
-        plan = replace(plan, texture=paint(speaker, worn), dots=dots(speaker, worn).vertices)
     order = Order(COMMAND, seed, (), keep_frames=True)
-    make([plan], 1, folder, speaker, order, Crew())
+    make([with_beads(speaker, plan, beads)], 1, folder, speaker, order, Crew())
     return read_visemes(folder, names)
+
+
+def with_beads(speaker: Speaker, plan: ClipPlan, beads: int | str) -> ClipPlan:
+    """A plan whose person wears so many coloured beads, or a set of dots; itself for 0."""
+    if not beads:
+        return plan
+    worn = Person(plan.person, plan.person, beads=beads)
+    return replace(plan, texture=paint(speaker, worn), dots=dots(speaker, worn).vertices)
 
 
 def read_visemes(folder: Path, visemes: Several[str]) -> VisemePictures:

@@ -12,11 +12,11 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset.codec import CLOSED_BELOW
 from abs_engine.io.assets import Speaker
+from abs_engine.papers.odisio2004.filmed import with_beads
 from abs_engine.studio.appearance.look import Look
 from abs_engine.studio.corpus.subtle import subtle
 from abs_engine.studio.filming import plan_of
 from abs_engine.studio.french import Sentence
-from abs_engine.studio.people import Person, dots, paint
 from abs_engine.studio.people.lip_contact import widest_gap
 from abs_engine.studio.plan import ClipPlan
 from abs_engine.studio.sequence import Sequence, deform, expression, portrait, wander
@@ -107,18 +107,9 @@ def plan_sentence(
     times = np.arange(len(weights)) / RATE
     weights = weights + expression(times, speaker.unit_names, rng)
     rotations, shifts = wander(times, portrait(camera, speaker, neutral), rng, reach)
-    nothing = np.zeros(len(times), np.bool_)
-    act = Sequence(
-        person, sentence.text, RATE, weights, rotations, shifts, ("",) * len(times), nothing
-    )
+    act = Sequence(person, sentence.text, RATE, weights, rotations, shifts, ("",) * len(times))
     plan = plan_of(speaker, act, camera, look, int(rng.integers(2**31)))
-    return with_beads(speaker, plan, beads) if beads else plan
-
-
-def with_beads(speaker: Speaker, plan: ClipPlan, beads: int) -> ClipPlan:
-    """A plan whose person wears so many coloured beads."""
-    worn = Person(plan.person, plan.person, beads=beads)
-    return replace(plan, texture=paint(speaker, worn), dots=dots(speaker, worn).vertices)
+    return with_beads(speaker, plan, beads)
 
 
 def truth_of(
@@ -158,25 +149,6 @@ def film_plan(
     with Take(speaker, plan, 0, ()) as take:
         pictures = [shot.picture for _, shot in take.film(0, len(plan))]
     return replace(truth_of(speaker, plan, sentence, vertices), pictures=np.stack(pictures))
-
-
-def film_sentence(
-    speaker: Speaker,
-    person: str,
-    sentence: Sentence,
-    camera: Camera,
-    vertices: NDArray[np.integer],
-    *,
-    seed: int = 0,
-    beads: int = 0,
-    frames: int | None = None,
-) -> Filmed:
-    """Film a sentence from the front; parameters and errors as `plan_sentence`, `film_plan`.
-
-    `frames` films only so many, from the start.
-    """
-    plan = plan_sentence(speaker, person, sentence, camera, seed, beads)
-    return film_plan(speaker, cut(plan, frames), sentence, vertices)
 
 
 def cut(plan: ClipPlan, frames: int | None) -> ClipPlan:

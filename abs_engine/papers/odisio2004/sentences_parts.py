@@ -17,7 +17,7 @@ from abs_engine.papers.odisio2004.sentences import (
     run_sentences,
     run_trees,
 )
-from abs_engine.papers.odisio2004.sentences_filmed import film_sentence
+from abs_engine.papers.odisio2004.sentences_filmed import cut, film_plan, plan_sentence
 from abs_engine.papers.odisio2004.sentences_work import Job, Work
 from abs_engine.papers.odisio2004.sequence import AS_PRINTED
 from abs_engine.papers.odisio2004.sequence_measure import by_articulation, practise
@@ -56,10 +56,10 @@ def sentences_part(report: Report, speech: Speech) -> None:
 def _practice(report: Report, speech: Speech, face: TalkingFace) -> None:
     report.tell("practising")
     frames = report.amount.practised
-    filmed = film_sentence(
-        report.speaker, report.person, PRACTICE, speech.pictures.camera, face.shape.vertices,
-        seed=report.seed, beads=speech.beads, frames=frames,
-    )  # fmt: skip
+    plan = plan_sentence(
+        report.speaker, report.person, PRACTICE, speech.pictures.camera, report.seed, speech.beads
+    )
+    filmed = film_plan(report.speaker, cut(plan, frames), PRACTICE, face.shape.vertices)
     report.results["practice_frames"] = frames
     kept = report.kept / "practice"
     report.results["practice"] = practise(speech, face, filmed, report.renderer, kept=kept)
