@@ -136,8 +136,8 @@ def test_splits_test_each_viseme_once():
 
 def test_every_solver_can_be_compared(speech, face):
     rows = compare_solvers(speech, face, [1], RENDERER, budgets=(30,))
-    assert {row.solver for row in rows} == set(SOLVERS)
-    assert all(0 < row.evaluations <= 30 for row in rows)
+    assert {row["solver"] for row in rows} == set(SOLVERS)
+    assert all(0 < row["evaluations"] <= 30 for row in rows)
 
 
 def test_tables(speech, face):
@@ -147,7 +147,7 @@ def test_tables(speech, face):
     rows = compare_solvers(
         speech, face, [1], RENDERER, budgets=(20, 40), solvers=("nelder_mead", "bobyqa")
     )
-    assert [r.evaluations for r in rows] == [20, 40, 20, 40]
+    assert [r["evaluations"] for r in rows] == [20, 40, 20, 40]
     watched = Watched(speech.problem(face, "tex_lin", 1, RENDERER))
     first = watched(speech.shape.neutral).value
     watched(speech.shape.neutral + 5)

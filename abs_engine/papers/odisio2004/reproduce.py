@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import resource
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -42,7 +41,7 @@ from abs_engine.report.drawing.figure import figure_bytes
 
 RESULTS, PAGE, FACE = "results.json", "index.html", "face.npz"
 FILMED = "filmed"
-SEARCH_MODEL, REPORTED = "tex_lin", 300
+REPORTED = 300
 """Model of the comparison of solvers, and the budget of which results.json tells."""
 
 
@@ -214,24 +213,19 @@ def _search(report: Report, speech: Speech) -> None:
     learned, kept = trained[inner], trained[outer]
     face = speech.learn(learned, report.renderer)
     report.tell("comparing solvers")
-    rows = compare_solvers(
-        speech, face, kept[: amount.searched], report.renderer, model=SEARCH_MODEL,
-        budgets=amount.budgets, seed=seed,
-    )  # fmt: skip
-    table = [asdict(row) for row in rows]
+    table = compare_solvers(
+        speech, face, kept[: amount.searched], report.renderer, budgets=amount.budgets, seed=seed
+    )
     report.timing["seconds_per_fit"] = {
         f"{row['solver']}, {row['budget']} evaluations": row.pop("seconds") for row in table
     }
     report.results["search_table"] = table
     report.results["search"] = {
-        row.solver: {
-            "mm": row.mm, "lips_mm": row.lips_mm, "failures": row.failures,
-            "evaluations": row.evaluations,
-        }
-        for row in rows if row.budget == REPORTED
-    }  # fmt: skip
+        row["solver"]: {key: row[key] for key in ("mm", "lips_mm", "failures", "evaluations")}
+        for row in table
+        if row["budget"] == REPORTED
+    }
     report.tell("comparing stopping rules")
-    stops = compare_tolerances(
-        speech, face, kept[: amount.stopped], report.renderer, model=SEARCH_MODEL
+    report.results["stopping"] = compare_tolerances(
+        speech, face, kept[: amount.stopped], report.renderer
     )
-    report.results["stopping"] = [asdict(row) for row in stops]

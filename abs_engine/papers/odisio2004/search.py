@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -24,9 +25,10 @@ from abs_engine.optimise.restarted import RestartedSimplex
 from abs_engine.optimise.variations import LocalVariations
 from abs_engine.papers.odisio2004.visemes import Speech
 
+MODEL = "tex_lin"
+"""Of appearance, that the search is tried with."""
 FAILED = 2.0
 """mm of residual above which a fit has failed."""
-BUDGETS = (150, 300, 600)
 TOLERANCES = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
 _NEVER = 1e-12
 _POSE_OFF = np.array([0.02, 0.02, 0.02, 1.0, 1.0, 4.0])  # rad, mm
@@ -91,38 +93,8 @@ class Watched:
         return self.best[at], self.seconds[at], at + 1
 
 
-@dataclass(frozen=True)
-class SearchRow:
-    """Result of a solver within so many evaluations of each fit.
-
-    Parameters
-    ----------
-    budget : int
-        Evaluations that each fit might have.
-    mm : float
-        Median residual over the fits, all points, head coordinates.
-    lips_mm : float
-        Of the lips' points.
-    failures : float
-        Share of the fits with more than `FAILED` mm.
-    seconds : float
-        Of a fit, mean.
-    evaluations : float
-        Used of the budget, mean.
-    """
-
-    solver: str
-    model: str
-    budget: int
-    mm: float
-    lips_mm: float
-    failures: float
-    seconds: float
-    evaluations: float
-
-
 def moved_problem(
-    speech: Speech, face: TalkingFace, name: str, which: int, renderer: Renderer, seed: int
+    speech: Speech, face: TalkingFace, which: int, renderer: Renderer, seed: int
 ) -> Problem:
     """A picture's epsilon over 13 parameters, from neutral and a pose that is somewhat wrong."""
     seen = speech.pictures
@@ -132,7 +104,7 @@ def moved_problem(
     pivot = speech.shape.pivot
     shift = true.apply(pivot) + away[3:] - turned @ pivot
     return talking_problem(
-        face, name, seen.pictures[which], seen.camera, Pose(turned, shift),
+        face, MODEL, seen.pictures[which], seen.camera, Pose(turned, shift),
         speech.shape.neutral, renderer,
     )  # fmt: skip
 
@@ -143,11 +115,10 @@ def compare_solvers(
     tests: Iterable[int],
     renderer: Renderer,
     *,
-    model: str = "tex_lin",
-    budgets: Sequence[int] = BUDGETS,
+    budgets: Sequence[int],
     solvers: Sequence[str] = tuple(SOLVERS),
     seed: int = 0,
-) -> list[SearchRow]:
+) -> list[dict[str, Any]]:
     """All solvers on the same fits over all 13 parameters, at equal numbers of evaluations.
 
     No solver stops by itself before it has collapsed; the best place after each budget counts.
@@ -162,97 +133,70 @@ def compare_solvers(
         Of `SOLVERS`.
     seed : int
         Of how the pose at the start is wrong.
+
+    Returns
+    -------
+    list of dict
+        A row of each solver and budget, of each fit: "mm" and "lips_mm" are median residuals of
+        all points and of the lips', head coordinates, "failures" the share with more than `FAILED`
+        mm, "seconds" and the "evaluations" that it used means.
     """
     tests = list(tests)
     rows = []
     for name in solvers:
         runs = [
-            _watched(speech, face, model, k, renderer, SOLVERS[name](_NEVER, budgets[-1]), seed)
+            _watched(speech, face, k, renderer, SOLVERS[name](_NEVER, budgets[-1]), seed)
             for k in tests
         ]
         for budget in budgets:
-            rows.append(_row(speech, name, model, budget, dict(zip(tests, runs, strict=True))))
+            rows.append(_row(speech, name, budget, dict(zip(tests, runs, strict=True))))
     return rows
 
 
 def _watched(
-    speech: Speech,
-    face: TalkingFace,
-    model: str,
-    which: int,
-    renderer: Renderer,
-    solver: Solver,
-    seed: int,
+    speech: Speech, face: TalkingFace, which: int, renderer: Renderer, solver: Solver, seed: int
 ) -> Watched:
-    asked = moved_problem(speech, face, model, which, renderer, seed)
-    watched = Watched(asked)
+    watched = Watched(moved_problem(speech, face, which, renderer, seed))
     start = at_base(speech.shape.neutral)
-    solver.minimise(watched, start, asked.spec, TALKING_FIT.from_neutral)
+    solver.minimise(watched, start, watched.problem.spec, TALKING_FIT.from_neutral)
     return watched
 
 
-def _row(speech: Speech, name: str, model: str, budget: int, runs: dict[int, Watched]) -> SearchRow:
+def _row(speech: Speech, name: str, budget: int, runs: dict[int, Watched]) -> dict[str, Any]:
     after = {k: run.after(budget) for k, run in runs.items()}
     missed = [speech.missed(runs[k].problem.part(x, POSTURE), k) for k, (x, _, _) in after.items()]
     every, lips = np.array(missed).T
     seconds, counts = (np.mean([a[i] for a in after.values()]) for i in (1, 2))
-    return SearchRow(
-        name, model, budget, float(np.median(every)), float(np.median(lips)),
-        float((every > FAILED).mean()), float(seconds), float(counts),
-    )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class StopRow:
-    """Cost and gain of a stopping rule.
-
-    Parameters
-    ----------
-    tolerance : float
-        In units of what a wrong match costs.
-    mm : float
-        Median residual, all points.
-    evaluations : float
-        Mean.
-    """
-
-    tolerance: float
-    model: str
-    mm: float
-    mean_mm: float
-    evaluations: float
+    return {
+        "solver": name, "model": MODEL, "budget": budget, "mm": float(np.median(every)),
+        "lips_mm": float(np.median(lips)), "failures": float((every > FAILED).mean()),
+        "seconds": float(seconds), "evaluations": float(counts),
+    }  # fmt: skip
 
 
 def compare_tolerances(
-    speech: Speech,
-    face: TalkingFace,
-    tests: Iterable[int],
-    renderer: Renderer,
-    *,
-    model: str = "tex_lin",
-) -> list[StopRow]:
+    speech: Speech, face: TalkingFace, tests: Iterable[int], renderer: Renderer
+) -> list[dict[str, Any]]:
     """Nelder-Mead from neutral, the pose known, with tighter and tighter stopping rules.
 
-    Parameters
-    ----------
-    speech, face, tests, renderer, model
-        As for `compare_solvers`; a rule that is chosen by this is chosen without the results only
-        if these are of other visemes.
+    A rule that is chosen by this is chosen without the results only if these are of other visemes.
+    Tolerances of the rows are in units of what a wrong match costs; "mm" is the median residual of
+    all points.
     """
     tests, rows = list(tests), []
     for tolerance in TOLERANCES:
         errors, counts = [], []
         for k in tests:
-            watched = Watched(speech.problem(face, model, k, renderer))
+            watched = Watched(speech.problem(face, MODEL, k, renderer))
             start, spec = speech.shape.neutral, watched.problem.spec
             solver = RestartedSimplex(tolerance, 2000, 2)
             found = solver.minimise(watched, start, spec, TALKING_FIT.from_neutral)
             errors.append(speech.missed(found.x, k)[0])
             counts.append(found.n_evaluations)
         rows.append(
-            StopRow(
-                tolerance, model, float(np.median(errors)), float(np.mean(errors)),
-                float(np.mean(counts)),
-            )
+            {
+                "tolerance": tolerance, "model": MODEL, "mm": float(np.median(errors)),
+                "mean_mm": float(np.mean(errors)), "evaluations": float(np.mean(counts)),
+            }
         )  # fmt: skip
     return rows

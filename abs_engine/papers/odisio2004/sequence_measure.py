@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,23 +20,6 @@ from abs_engine.papers.odisio2004.visemes import Speech
 
 TOLERANCES = (1e-2, 1e-3, 1e-4)
 _NEXT_TO_NOTHING = 1e-5
-
-
-@dataclass(frozen=True)
-class Measured:
-    """A search over a sequence.
-
-    Parameters
-    ----------
-    rms_mm : float
-        Mean over the frames of the root mean square over the points, head coordinates.
-    restarted : float
-        Share of the frames that started again from the corpus.
-    """
-
-    rms_mm: float
-    evaluations_per_frame: float
-    restarted: float
 
 
 def searches(usual: Settings) -> dict[str, Settings]:
@@ -62,7 +45,7 @@ def compare_searches(
     renderer: Renderer,
     which: Mapping[str, Settings],
     kept: Path,
-) -> dict[str, Measured]:
+) -> dict[str, dict[str, float]]:
     """Track one sequence with several searches.
 
     Parameters
@@ -75,6 +58,12 @@ def compare_searches(
         Of `french.PRACTICE`, so that nothing is chosen on what is reported.
     kept : Path
         Folder that gets the frames, and has those of an interrupted run.
+
+    Returns
+    -------
+    dict of str to dict
+        Of each search: the mean over the frames of the root mean square over the points, head
+        coordinates, and the share of the frames that started again from the corpus.
     """
     out = {}
     for k, (name, how) in enumerate(which.items()):
@@ -85,10 +74,11 @@ def compare_searches(
         )  # fmt: skip
         points = np.array([face.shape.points(row) for row in found.alpha])
         away = ((points - filmed.points) ** 2).sum(axis=2)
-        out[name] = Measured(
-            float(np.sqrt(away.mean(axis=1)).mean()), float(found.evaluations.mean()),
-            float(found.restarted.mean()),
-        )  # fmt: skip
+        out[name] = {
+            "rms_mm": float(np.sqrt(away.mean(axis=1)).mean()),
+            "evaluations_per_frame": float(found.evaluations.mean()),
+            "restarted": float(found.restarted.mean()),
+        }
     return out
 
 
@@ -154,7 +144,7 @@ def practise(
     def add(model: str, own: TalkingFace, which: Mapping[str, Settings]) -> None:
         aside = kept / f"{len(rows)}"
         found = compare_searches(speech, own, model, filmed, renderer, which, aside)
-        rows.extend({"what": name, "model": model, **asdict(m)} for name, m in found.items())
+        rows.extend({"what": name, "model": model, **m} for name, m in found.items())
 
     others = variants(speech, face, renderer)
     for model in ("tex_lin", "la_lin"):
