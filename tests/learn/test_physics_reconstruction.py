@@ -99,10 +99,10 @@ class TestFigure:
     def test_postures_are_named_and_lie_two_deviations_from_the_mean(self):
         physics = TRAINED.physics
         postures = mode_postures(physics, 2)
-        assert [p.name for p in postures[:3]] == [
+        assert list(postures)[:3] == [
             "at rest", "mean displacement", "mode 1, \N{MINUS SIGN}2 sd",
         ]  # fmt: skip
-        away = physics.coefficients(postures[5].nodes)
+        away = physics.coefficients(postures["mode 2, +2 sd"])
         np.testing.assert_allclose(away[1], 2 * np.sqrt(physics.variances[1]))
 
     def test_lips_and_skin_are_drawn_from_both_sides(self):

@@ -201,21 +201,17 @@ class BlobPlacer:
 
 
 def placed_by_blob(
-    lips: TrainedLips,
-    views: Mapping[str, Truth],
-    renderer: Renderer,
-    driver: str,
-    kept: Path | None = None,
+    lips: TrainedLips, views: Mapping[str, Truth], renderer: Renderer, kept: Path
 ) -> Iterator[FrameError]:
-    """As the paper does: depth and rotation are given, the place in the picture is the blob's.
+    """As the paper does, by forces: depth and rotation are given, the place is the blob's.
 
     Frames in which no mouth is found are left out. `kept` is as of `pose_known`.
     """
     for camera, view in views.items():
         setting = lips.setting(view.camera, renderer, BY_BLOB)
         motion, own = BlobPlaces(poses_of(view), lips.classes), _journal(kept, camera)
-        for fit in fit_frames(setting, view.pictures(), motion, lips.starts, driver, kept=own):
-            yield FrameError.of(lips, camera, driver, fit, view)
+        for fit in fit_frames(setting, view.pictures(), motion, lips.starts, "forces", kept=own):
+            yield FrameError.of(lips, camera, "forces", fit, view)
 
 
 def pose_estimated(

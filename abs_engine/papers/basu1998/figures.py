@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -26,49 +25,32 @@ _COLOURS = np.array([(226, 190, 168), (196, 96, 92)], np.uint8)  # skin, lips
 _AMBIENT = 0.35
 
 
-@dataclass(frozen=True, eq=False)
-class Posture:
-    """A shape with its caption.
-
-    Parameters
-    ----------
-    nodes : (N, 3) float64, mm
-    """
-
-    name: str
-    nodes: FloatArray
-
-
-def mode_postures(physics: LearnedPhysics, modes: int) -> list[Posture]:
-    """The shell at rest, displaced by the mean, and displaced by each mode from the mean."""
-    out = [
-        Posture("at rest", physics.rest),
-        Posture("mean displacement", physics.rest + physics.mean),
-    ]
+def mode_postures(physics: LearnedPhysics, modes: int) -> dict[str, FloatArray]:
+    """Nodes (N, 3), mm, by captions: at rest, displaced by the mean, and by each mode from it."""
+    out = {"at rest": physics.rest, "mean displacement": physics.rest + physics.mean}
     for k in range(min(modes, len(physics.modes))):
         for sign, mark in ((-1, "\N{MINUS SIGN}"), (1, "+")):
             weights = np.zeros(len(physics.modes))
             weights[k] = sign * 2.0 * np.sqrt(physics.variances[k])
-            name = f"mode {k + 1}, {mark}2 sd"
-            out.append(Posture(name, physics.shape(weights)))
+            out[f"mode {k + 1}, {mark}2 sd"] = physics.shape(weights)
     return out
 
 
 def draw_postures(
-    renderer: Renderer, shell: LipShell, postures: Sequence[Posture], columns: int = 4
+    renderer: Renderer, shell: LipShell, postures: Mapping[str, FloatArray], columns: int = 4
 ) -> Image:
-    """Shapes of a shell at one scale, each from the front and from the side.
+    """Shapes of a shell, (N, 3) mm by captions, at one scale, each from the front and the side.
 
     Parameters
     ----------
     columns : int
         Of the page.
     """
-    views = views_of(np.concatenate([p.nodes for p in postures]), SIZE, TURNS)
+    views = views_of(np.concatenate(list(postures.values())), SIZE, TURNS)
     tiles = []
-    for posture in postures:
-        pair = [_draw(renderer, shell, posture.nodes, view) for view in views]
-        tiles.append(captioned(beside(pair), posture.name, 15))
+    for name, nodes in postures.items():
+        pair = [_draw(renderer, shell, nodes, view) for view in views]
+        tiles.append(captioned(beside(pair), name, 15))
     blank = label("", (tiles[0].shape[1], tiles[0].shape[0]))
     tiles += [blank] * (-len(tiles) % columns)
     return stacked([beside(tiles[k : k + columns]) for k in range(0, len(tiles), columns)])

@@ -8,31 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.errors import InputFileError
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset.view import Truth
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.fit.shell import shell_colours
 from abs_engine.fit.shell_relaxation import Seen
-from abs_engine.io.assets import Speaker
 from abs_engine.learn.further import LipClip, train_further
 from abs_engine.papers.basu1998.experiment import TrainedLips
-from abs_engine.papers.basu1998.motion import (
-    UNROUNDED,
-    Motion,
-    authored_motion,
-    recorded_motion,
-    recording_path,
-)
 from abs_engine.papers.basu1998.single_frames import typical_shapes
-
-
-def further_motion(speaker: Speaker, person: str) -> Motion:
-    """Five seconds that leave much to be learned: the recording, or speech without rounding."""
-    try:
-        return recorded_motion(speaker, person, recording_path())
-    except InputFileError:
-        return authored_motion(speaker, person, sentences=UNROUNDED)
 
 
 def lip_clip(lips: TrainedLips, views: Sequence[Truth], renderer: Renderer) -> LipClip:

@@ -27,6 +27,8 @@ from abs_engine.studio.speech import (
 
 FRAMES, RATE = 150, 30.0
 """Section 3: 150 frames at 30 Hz."""
+AUTHORED = "authored speech"
+"""Source of motion that is not recorded."""
 RECORDING = Path("livelink_rom") / "alex_rom_3.csv"
 RECORDED_FROM = 2100
 """Frame at 30 Hz from which `recorded_motion` takes the recording: see there."""
@@ -170,7 +172,17 @@ def authored_motion(
         tuple(Segment(s.phoneme, s.start * scale, s.end * scale) for s in said.segments)
     )
     speech = articulate(speaker, speaker.named(person), slower, RATE)
-    return Motion(person, speech.weights[:frames], RATE, "authored speech")
+    return Motion(person, speech.weights[:frames], RATE, AUTHORED)
+
+
+def recorded_or_authored(
+    speaker: Speaker, person: str, sentences: tuple[str, ...] = SENTENCES
+) -> Motion:
+    """The recording if it is there, or else sentences in X-SAMPA."""
+    try:
+        return recorded_motion(speaker, person, recording_path())
+    except InputFileError:
+        return authored_motion(speaker, person, sentences=sentences)
 
 
 def spoken_motion(speaker: Speaker, person: str) -> Motion:

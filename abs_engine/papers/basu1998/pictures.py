@@ -21,7 +21,7 @@ from abs_engine.fit.settings import HEAD_FIT, SHELL_FIT
 from abs_engine.fit.shell import shell_problem, shell_window
 from abs_engine.optimise.ascent import Forces
 from abs_engine.papers.basu1998.experiment import TrainedLips, lip_error
-from abs_engine.papers.basu1998.figures import Posture, draw_postures
+from abs_engine.papers.basu1998.figures import draw_postures
 from abs_engine.papers.basu1998.single_frames import ITERATIONS, colours_of, fit_frame
 from abs_engine.papers.basu1998.wireframe import CloseUp
 from abs_engine.report.drawing.layout import beside, captioned, framed, sheet, stacked
@@ -217,5 +217,5 @@ def _row(renderer: Renderer, lips: TrainedLips, fit: ShownFit) -> Image:
         _told(image, fit.name),
         _told(close.wired(image, renderer, shell, fit.nodes, fit.pose), "fit"),
     ]
-    shape = Posture("shape from the front and the side", fit.nodes)
-    return beside([sheet(tiles, 2), draw_postures(renderer, shell, [shape], columns=1)])
+    shape = {"shape from the front and the side": fit.nodes}
+    return beside([sheet(tiles, 2), draw_postures(renderer, shell, shape, columns=1)])

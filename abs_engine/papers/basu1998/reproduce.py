@@ -41,16 +41,15 @@ from abs_engine.papers.basu1998.filmed import (
     learn_colours,
 )
 from abs_engine.papers.basu1998.incremental_training import (
-    further_motion,
     further_trained,
     lip_clip,
     with_sample_variances,
 )
 from abs_engine.papers.basu1998.motion import (
-    Motion,
-    authored_motion,
+    AUTHORED,
+    UNROUNDED,
     observed_motion,
-    recorded_motion,
+    recorded_or_authored,
     recording_path,
 )
 from abs_engine.papers.basu1998.page import reproduction_page
@@ -155,7 +154,7 @@ def _fit_person(
     found = pose_known(lips, sides, renderer, AS_PRINTED, "sample", "sample", step, own)
     fits.known.extend(_named(LITERAL, found))
     tell(f"fitting {person} from the blob, and moving")
-    fits.blob.extend(placed_by_blob(lips, sides, renderer, "forces", kept / "blob"))
+    fits.blob.extend(placed_by_blob(lips, sides, renderer, kept / "blob"))
     turning = views["moving", FRONT]
     fits.moving.extend(pose_estimated(lips, speaker, turning, renderer, BEST, kept))
     tell(f"training {person}'s lips further")
@@ -194,17 +193,11 @@ def _circumstances(
     }  # fmt: skip
 
 
-def _motion(speaker: Speaker, person: str) -> tuple[Motion, str]:
-    """The recording if it is there, or the authored speech; and a remark."""
-    try:
-        return recorded_motion(speaker, person, recording_path()), "the recording of a real face"
-    except InputFileError:
-        return authored_motion(speaker, person), "authored speech, as the recording is not there"
-
-
 def _learned(report: Report, speaker: Speaker, person: str, renderer: Renderer, seed: int) -> None:
     """Sections 3, 4 and 6.2: ten modes, figure 2 and table 1."""
-    motion, told = _motion(speaker, person)
+    motion, told = recorded_or_authored(speaker, person), "the recording of a real face"
+    if motion.source == AUTHORED:
+        told = "authored speech, as the recording is not there"
     done = train(observed_motion(speaker, motion, noise=OBSERVED, seed=seed), speaker, person)
     exact = train(observed_motion(speaker, motion), speaker, person)
     report.results |= {
@@ -244,7 +237,7 @@ def _further(
     kept: Path,
 ) -> tuple[float, ...]:
     """Error on the test, mm, by each of `FURTHER`, of lips that five seconds of dots gave."""
-    motion = further_motion(speaker, lips.person)
+    motion = recorded_or_authored(speaker, lips.person, UNROUNDED)  # leaves much to be learned
     before = learn_lips(speaker, lips.person, lips.classes, seed, motion)
     after = further_trained(before, [lip_clip(before, clips, renderer)])[0]
     each = dict(zip(FURTHER, (with_sample_variances(before), before, after), strict=True))

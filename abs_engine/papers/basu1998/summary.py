@@ -122,8 +122,6 @@ def _driven(errors: Sequence[FrameError]) -> dict[str, float | None]:
     }
 
 
-"""Remarks on the numbers of a reproduction of Basu, Oliver and Pentland (1998)."""
-
 REMARKS = (
     "What is tracked was learned from 40 seconds of authored speech, other sentences than those "
     "of the test; its colours from labelled pixels of another clip. Starts are 48 typical shapes "
