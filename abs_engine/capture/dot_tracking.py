@@ -13,48 +13,10 @@ from abs_engine.capture.dots import DotModel, Map, Peaks, correlate, cut, find_p
 from abs_engine.capture.dots import learn_dots as learn
 from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import BoolArray, FloatArray, Image, IntArray
-from abs_engine.core.errors import ParameterError
 
 Corrections = Mapping[int, tuple[float, float] | None]
 """Places in one frame by the number of the dot; None: it cannot be seen."""
 Box = tuple[slice, slice]
-
-
-@dataclass(frozen=True)
-class FollowOptions:
-    """Settings by which dots are followed; lengths are in radii of a dot.
-
-    Parameters
-    ----------
-    reach : float
-        How far from where it is expected a dot is looked for.
-    least : float
-        A dot is lost below this normalised correlation with a disc.
-    sure : float
-        Below this one it is found but marked as uncertain.
-    stray : float
-        A dot that is uncertain is lost where it lies farther from where its neighbours went since
-        it was sure: what is there is something else that is round.
-    snap : float
-        A place that a person gives is moved to the best dot so near.
-    """
-
-    reach: float = CAPTURE.reach
-    least: float = CAPTURE.least
-    sure: float = CAPTURE.sure
-    stray: float = CAPTURE.stray
-    snap: float = CAPTURE.snap
-
-    def __post_init__(self) -> None:
-        lengths = min(self.reach, self.stray) > 0 and self.snap >= 0
-        if not (lengths and 0 < self.least <= self.sure <= 1):
-            raise ParameterError(
-                f"the dots cannot be followed with {self}",
-                "give 0 < least <= sure <= 1 and positive lengths",
-            )
-
-
-USUAL = FollowOptions()
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +59,7 @@ class DotFollower:
         Where a person sees each dot in it.
     """
 
-    def __init__(self, image: Image, places: FloatArray, options: FollowOptions = USUAL) -> None:
-        self._options = options
+    def __init__(self, image: Image, places: FloatArray) -> None:
         self.model: DotModel = learn(image, places)
         self._first: list[Map | None] = [None] * len(places)
         self._latest: list[Map | None] = [None] * len(places)
@@ -127,7 +88,7 @@ class DotFollower:
 
     def _picture(self, image: Image, places: FloatArray) -> tuple[Map, Box]:
         """The dots' contrast (H, W), worked out only in a box around where they may be."""
-        far = (2 * self._options.reach + 2 * CAPTURE.dot_patch) * self.model.radius + 2
+        far = (2 * CAPTURE.reach + 2 * CAPTURE.dot_patch) * self.model.radius + 2
         size = np.array([image.shape[1], image.shape[0]])
         low = np.clip(np.floor(places.min(axis=0) - far), 0, size - 1).astype(int)
         high = np.clip(np.ceil(places.max(axis=0) + far), low + 1, size).astype(int)
@@ -143,7 +104,7 @@ class DotFollower:
         self, picture: Map, box: Box, expected: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Places (N, 2) and scores (N,) by competition."""
-        inside = find_peaks(self.model.match(picture[box]), self._options.least)
+        inside = find_peaks(self.model.match(picture[box]), CAPTURE.least)
         corner = np.array([box[1].start, box[0].start])
         peaks = Peaks(inside.places + corner, inside.scores)
         alike = self._likeness(picture, expected, peaks)
@@ -171,7 +132,7 @@ class DotFollower:
 
     def _costs(self, expected: FloatArray, peaks: Peaks, alike: FloatArray) -> FloatArray:
         """Cost (N, M) of each pair; infinite beyond reach."""
-        reach = self._options.reach * self.model.radius
+        reach = CAPTURE.reach * self.model.radius
         away = np.linalg.norm(expected[:, None] - peaks.places[None], axis=2) / reach
         cost = away**2 + CAPTURE.unlike * (1 - alike) + CAPTURE.unlike * (1 - peaks.scores)
         return np.asarray(np.where(away < 1, cost, np.inf))
@@ -179,7 +140,7 @@ class DotFollower:
     def _likeness(self, picture: Map, expected: FloatArray, peaks: Peaks) -> FloatArray:
         """Correlation (N, M) of each peak with how the dot looked, first or of late; 0 if far."""
         alike = np.zeros((len(expected), len(peaks.places)))
-        half = int(np.ceil((2 * self._options.reach + CAPTURE.dot_patch) * self.model.radius)) + 1
+        half = int(np.ceil((2 * CAPTURE.reach + CAPTURE.dot_patch) * self.model.radius)) + 1
         for i, place in enumerate(expected):
             part, origin = cut(picture, place, half)
             at = np.rint(peaks.places - origin).astype(int)
@@ -201,7 +162,7 @@ class DotFollower:
         for i, place in given.items():
             corrected[i] = True
             places[i], scores[i] = (np.nan, 0.0) if place is None else self._snap(picture, place)
-        sure = np.isfinite(places[:, 0]) & (corrected | (scores >= self._options.sure))
+        sure = np.isfinite(places[:, 0]) & (corrected | (scores >= CAPTURE.sure))
         self._lose_strays(places, scores, sure)
         found = np.asarray(np.isfinite(places).all(axis=1))
         self._speed = np.where(found[:, None] & ~corrected[:, None], places - self._place, 0.0)
@@ -215,7 +176,7 @@ class DotFollower:
         if not sure.any():
             return
         away = np.linalg.norm(places - self._guess(places, sure), axis=1)
-        stray = ~sure & (away > self._options.stray * self.model.radius)
+        stray = ~sure & (away > CAPTURE.stray * self.model.radius)
         places[stray], scores[stray] = np.nan, 0.0
 
     def _guess(self, places: FloatArray, found: BoolArray) -> FloatArray:
@@ -241,11 +202,11 @@ class DotFollower:
     def _snap(self, picture: Map, place: Sequence[float]) -> tuple[FloatArray, float]:
         """The best dot near a place that a person gives; the place itself where there is none."""
         at = np.asarray(place, np.float64)
-        reach = self._options.snap * self.model.radius
+        reach = CAPTURE.snap * self.model.radius
         half = int(np.ceil(reach)) + self.model.template.shape[0]
         part, origin = cut(picture, at, half)
         match = self.model.match(np.asarray(part, np.float32))
-        peaks = find_peaks(match, self._options.least)
+        peaks = find_peaks(match, CAPTURE.least)
         away = np.linalg.norm(peaks.places + origin - at, axis=1)
         near = np.flatnonzero(away <= reach)
         if len(near):

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from abs_engine.capture.dot_annotations import needed_among
-from abs_engine.capture.dot_tracking import USUAL
 from abs_engine.capture.head import HeadChoice, head_motion
 from abs_engine.capture.markers import Markers
 from abs_engine.capture.observations import Observations
@@ -32,7 +31,7 @@ def points_of_head(
 ) -> Observations:
     """Triangulate dots and take them into the head frame.
 
-    A point with a lower correlation than `USUAL.sure` in one of the views counts as uncertain,
+    A point with a lower correlation than `CAPTURE.sure` in one of the views counts as uncertain,
     unless a person corrected it there.
 
     Parameters
@@ -68,7 +67,7 @@ def points_of_head(
     points = motion.to_head(world)
     found = np.asarray(agreed & motion.found[:, None])
     score = tracks.scores.min(axis=0)
-    doubtful = ((tracks.scores < USUAL.sure) & ~tracks.corrected).any(axis=0)
+    doubtful = ((tracks.scores < CAPTURE.sure) & ~tracks.corrected).any(axis=0)
     return Observations(
         points, tracks.names, found, found & doubtful, made.error, score, tracks.rate,
         motion.rotations, motion.translations, motion.error, tracks.pixels, source,

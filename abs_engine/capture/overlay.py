@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.capture.dot_tracking import USUAL, Sighting
+from abs_engine.capture.dot_tracking import Sighting
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import Image
 
 SURE, UNSURE, GIVEN = (60, 230, 90), (255, 60, 40), (80, 170, 255)
@@ -24,9 +25,9 @@ def draw_dots(image: Image, sighting: Sighting, names: Sequence[str]) -> Image:
     """
     out = np.ascontiguousarray(image).copy()
     for i in np.flatnonzero(sighting.found):
-        colour = (
-            GIVEN if sighting.corrected[i] else SURE if sighting.scores[i] >= USUAL.sure else UNSURE
-        )
+        colour = SURE if sighting.scores[i] >= CAPTURE.sure else UNSURE
+        if sighting.corrected[i]:
+            colour = GIVEN
         _cross(out, sighting.places[i], colour)
         x, y = np.rint(sighting.places[i] + np.array([_CROSS, -_CROSS])).astype(int).tolist()
         cv2.putText(out, str(i + 1), (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.35, colour, 1, cv2.LINE_AA)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.capture.dot_annotations import Mark, check_view, initial_places
-from abs_engine.capture.dot_tracking import USUAL, DotFollower, Sighting
+from abs_engine.capture.dot_tracking import DotFollower, Sighting
 from abs_engine.capture.observations import Observations
 from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import BoolArray, FloatArray, Image
@@ -155,7 +155,7 @@ def review(tracks: Tracks, observed: Observations) -> Iterator[tuple[Mark, dict[
         elif np.isfinite(error) and not observed.found[frame, point]:
             head = np.isfinite(observed.rotations[frame]).all()
             why = "views disagree" if head else "views disagree, or head not found"
-        elif score < USUAL.sure:
+        elif score < CAPTURE.sure:
             why = "uncertain"
         else:
             continue

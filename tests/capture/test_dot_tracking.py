@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
-from abs_engine.capture.dot_tracking import DotFollower, FollowOptions
-from abs_engine.core.errors import ParameterError
+from abs_engine.capture import dot_tracking
+from abs_engine.capture.dot_tracking import DotFollower
+from abs_engine.capture.settings import CAPTURE
 
 SKIN, INK, MOLE = (206, 160, 140), (40, 40, 90), (128, 98, 112)
 GRID = np.array([[40.0 + 30 * i, 40.0 + 30 * j] for j in range(3) for i in range(4)])
@@ -33,39 +36,40 @@ def dots(frame: int) -> np.ndarray:
     return GRID + np.array([1.0 * frame, 0.0])
 
 
-def followed(options: FollowOptions) -> np.ndarray:
+@pytest.fixture
+def unsure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A mole is as round as ink, but not as dark: it is taken for a dot that is uncertain."""
+    monkeypatch.setattr(dot_tracking, "CAPTURE", replace(CAPTURE, least=0.3, sure=0.96))
+
+
+def followed() -> np.ndarray:
     """How far each dot is found from where it is, (T, 12) px; NaN where it is lost."""
-    follower = DotFollower(picture(0), dots(0), options)
+    follower = DotFollower(picture(0), dots(0))
     places = [follower.start.places]
     places += [follower.step(picture(t)).places for t in range(1, FRAMES)]
     return np.linalg.norm(np.array(places) - [dots(t) for t in range(FRAMES)], axis=2)
 
 
 def test_dots_are_followed_to_a_fraction_of_a_pixel():
-    away = np.delete(followed(FollowOptions()), FADING, axis=1)
+    away = np.delete(followed(), FADING, axis=1)
     assert np.nanmax(away) < 0.5
     assert np.isfinite(away).all()
 
 
-def test_what_wanders_away_from_where_the_neighbours_went_is_no_dot():
-    """Uncertain dots, alone: a mole is as round as ink, but not as dark."""
-    unsure = {"least": 0.3, "sure": 0.96}
-    wandering = followed(FollowOptions(**unsure, stray=100.0))[:, FADING]
-    held = followed(FollowOptions(**unsure))[:, FADING]
+@pytest.mark.usefixtures("unsure")
+def test_what_wanders_away_from_where_the_neighbours_went_is_no_dot(monkeypatch):
+    held = followed()[:, FADING]
+    monkeypatch.setattr(dot_tracking, "CAPTURE", replace(dot_tracking.CAPTURE, stray=100.0))
+    wandering = followed()[:, FADING]
     assert np.nanmax(wandering) > 3 * RADIUS
     assert np.isnan(held[-3:]).all()
     assert np.nanmax(held) < 2.5 * RADIUS
 
 
+@pytest.mark.usefixtures("unsure")
 def test_a_dot_that_a_person_says_is_hidden_misleads_no_neighbour():
     """Its place is unknown, and so says nothing of where an uncertain dot beside it went."""
-    options = FollowOptions(least=0.3, sure=0.96)
-    follower, hidden = DotFollower(picture(0), dots(0), options), {FADING - 1: None}
+    follower, hidden = DotFollower(picture(0), dots(0)), {FADING - 1: None}
     seen = [follower.step(picture(t), hidden) for t in range(1, FRAMES)]
     assert not seen[-1].found[FADING]
     assert not seen[-1].found[FADING - 1]
-
-
-def test_lengths_must_be_positive():
-    with pytest.raises(ParameterError, match="cannot be followed"):
-        FollowOptions(stray=0.0)
