@@ -74,26 +74,15 @@ def _spread(
 ) -> tuple[FloatArray, Smoothness]:
     """Fields (K, V, 3) over the head of values (K, N, 3) at the points, and how smooth they are."""
     speaker = head.speaker
-    teeth = np.zeros(len(built.model.names), np.bool_)
-    teeth[[k for k, n in enumerate(built.model.names) if n in _teeth(built)]] = True
+    teeth = np.isin(built.model.names, built.model.groups.get("lower_teeth", ()))
     opened = head.neutral + MEASURED_FACE.unfolded * speaker.unit_matrix((Unit.JAW_OPEN,))[0]
     places = head.places.at(opened)[~teeth]
     values = at_points[:, ~teeth].transpose(1, 0, 2).reshape(len(places), -1)
     smooth = smoothness(places, values)
     out = np.zeros((len(at_points), *opened.shape))
-    soft = _vertices(speaker, _SOFT)
+    soft = speaker.vertices_of(*_SOFT)
     over = field(places, values, smooth.reach, smooth.noise, opened[soft])
     out[:, soft] = over.reshape(len(soft), len(at_points), 3).transpose(1, 0, 2)
     if teeth.any():  # they are moved as one
-        own = _vertices(speaker, ("lower_teeth",))
-        out[:, own] = at_points[:, teeth].mean(axis=1)[:, None]
+        out[:, speaker.vertices_of("lower_teeth")] = at_points[:, teeth].mean(axis=1)[:, None]
     return out, smooth
-
-
-def _teeth(built: Build) -> tuple[str, ...]:
-    return tuple(built.model.groups.get("lower_teeth", ()))
-
-
-def _vertices(speaker: Speaker, classes: tuple[str, ...]) -> NDArray[np.int64]:
-    """Vertices (K,) of facets of some classes."""
-    return speaker.vertices_of(*classes).astype(np.int64)

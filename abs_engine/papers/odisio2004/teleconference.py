@@ -19,6 +19,7 @@ from abs_engine.face.articulated import FaceShape
 from abs_engine.face.talking import TalkingFace
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.settings import LEARNING
+from abs_engine.papers.odisio2004.filmed import SIZE
 from abs_engine.papers.odisio2004.gathered import Report
 from abs_engine.papers.odisio2004.sentences_figures import curves_figure
 from abs_engine.papers.odisio2004.sentences_filmed import Filmed, cut, film_plan, plan_sentence
@@ -29,7 +30,7 @@ from abs_engine.papers.odisio2004.visemes import Speech
 from abs_engine.report.drawing.figure import figure_bytes
 from abs_engine.studio.cameras import stand
 from abs_engine.studio.french import SENTENCES, Sentence
-from abs_engine.studio.plan import ClipPlan, compose, vectors
+from abs_engine.studio.plan import compose, vectors
 from abs_engine.studio.scenefile import CameraEntry
 
 BEADS = 12
@@ -45,24 +46,20 @@ FOCAL = 1.1
 TRAINING, HELD_OUT = SENTENCES[3], SENTENCES[27]
 
 
-def plan_worn(
-    speaker: Speaker, person: str, sentence: Sentence, size: tuple[int, int], seed: int, beads: int
-) -> ClipPlan:
-    """A sentence before a camera that the person wears; the lamps stay where they are."""
-    camera = Camera.ideal(size, FOCAL * size[0])
-    plan = plan_sentence(speaker, person, sentence, Camera.ideal(size), seed, beads)
+def film_worn(
+    speaker: Speaker, person: str, sentence: Sentence, shape: FaceShape, seed: int
+) -> tuple[Filmed, NDArray[np.int32]]:
+    """The first `FRAMES` frames of a sentence, and the vertices of the beads.
+
+    The person wears the camera; the lamps stay where they are.
+    """
+    camera = Camera.ideal(SIZE, FOCAL * SIZE[0])
+    plan = plan_sentence(speaker, person, sentence, Camera.ideal(SIZE), seed, BEADS)
     worn = stand(CameraEntry(mount="head", position=PLACE), camera, speaker, plan.neutral)
     heads = [plan.head(frame) for frame in range(len(plan))]
     rotations, translations = vectors([compose(worn, head.inverse) for head in heads])
     view = replace(plan.views[0], camera=camera, rotations=rotations, translations=translations)
-    return replace(plan, views=(view,))
-
-
-def film_worn(
-    speaker: Speaker, person: str, sentence: Sentence, shape: FaceShape, seed: int
-) -> tuple[Filmed, NDArray[np.int32]]:
-    """The first `FRAMES` frames of a sentence, 320x240, and the vertices of the beads."""
-    plan = plan_worn(speaker, person, sentence, (320, 240), seed, BEADS)
+    plan = replace(plan, views=(view,))
     return film_plan(speaker, cut(plan, FRAMES), sentence, shape.vertices), plan.dots
 
 
