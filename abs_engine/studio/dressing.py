@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset.codec import BOARD, HAND, MICROPHONE, OTHER
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.cast import Actor
 from abs_engine.studio.plan import Prop, compose, vectors
+from abs_engine.studio.prop_mesh import Prop as Mesh
 from abs_engine.studio.props import Occluder, clear_of, mouth_of
 from abs_engine.studio.scenefile import ClipEntry, OccluderEntry, SceneFile, pick
 from abs_engine.studio.scenefile.values import Vector
@@ -111,9 +113,13 @@ def _occluder(
         present.append(own is not None)
         base = head if entry.follows else first
         poses.append(compose(base, own) if own is not None else Pose(np.eye(3), _STILL))
+    return prop_of(_CODE[entry.kind], mesh, poses, np.array(present))
+
+
+def prop_of(code: int, mesh: Mesh, poses: list[Pose], present: BoolArray) -> Prop:
+    """A mesh in its pose in each frame, (T,), its own frame to world."""
     rotations, translations = vectors(poses)
     colour = np.asarray((mesh.colours / 255) ** 2.2, np.float32)  # sRGB, nearly
     return Prop(
-        _CODE[entry.kind], mesh.vertices, mesh.faces, mesh.normals, colour,
-        rotations, translations, np.array(present),
-    )  # fmt: skip
+        code, mesh.vertices, mesh.faces, mesh.normals, colour, rotations, translations, present
+    )

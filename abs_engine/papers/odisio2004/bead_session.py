@@ -22,6 +22,7 @@ from abs_engine.papers.odisio2004.filmed import with_beads
 from abs_engine.studio.appearance.look import Light, Look
 from abs_engine.studio.board_mesh import printed
 from abs_engine.studio.corpus import viseme_weights
+from abs_engine.studio.dressing import prop_of
 from abs_engine.studio.filming import plan_of
 from abs_engine.studio.make import Crew, Order, Progress, make
 from abs_engine.studio.plan import ClipPlan, Prop, View, compose, vectors
@@ -147,13 +148,7 @@ class BeadSession:
             for _ in range(PLACES)
         ]
         poses = [compose(head, own) for own in [*held, compose(teeth.inverse, _PLATE)]]
-        rotations, translations = vectors(poses)
-        colour = np.asarray((mesh.colours / 255) ** 2.2, np.float32)
-        present = np.ones(len(poses), np.bool_)
-        return Prop(
-            BOARD_CODE, mesh.vertices, mesh.faces, mesh.normals, colour, rotations, translations,
-            present,
-        )  # fmt: skip
+        return prop_of(BOARD_CODE, mesh, poses, np.ones(len(poses), np.bool_))
 
 
 def _turned(view: View, name: str, yaw: float, middle: FloatArray) -> View:
