@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import IO, Any
 
 from abs_engine.core.errors import AbsEngineError, PluginError
 
 FAILURES = Exception, SystemExit
 """What a plugin may raise: one that ends the program has failed, too."""
 _ENGINE = str(Path(__file__).resolve().parents[1]) + os.sep
+
+
+def last_words(process: subprocess.Popen[Any], complaints: IO[bytes]) -> str:
+    """Wait for a process that has ended: the last line of its complaints, or its exit status."""
+    code = process.wait()
+    complaints.seek(0)
+    lines = complaints.read().decode(errors="replace").strip().splitlines()
+    return lines[-1].strip()[:200] if lines else f"exit status {code}"
 
 
 def own(made: object) -> bool:

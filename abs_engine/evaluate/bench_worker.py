@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from abs_engine.core.foreign import last_words
 from abs_engine.evaluate.bench_work import Work
 
 PLATFORMS = ("egl", "osmesa")
@@ -94,10 +95,7 @@ class PyrenderWorker:
         if line:
             answer: dict[str, Any] = json.loads(line)
             return answer
-        code = self._process.wait()
-        self._complaints.seek(0)
-        said = self._complaints.read().decode(errors="replace").strip().splitlines()
-        raise WorkerError(said[-1].strip()[:200] if said else f"exit status {code}")
+        raise WorkerError(last_words(self._process, self._complaints))
 
     def _end(self) -> None:
         self._process.kill()

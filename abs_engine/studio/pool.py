@@ -16,6 +16,7 @@ from typing import Any
 
 from abs_engine.core import errors
 from abs_engine.core.errors import StudioError
+from abs_engine.core.foreign import last_words
 from abs_engine.io.assets import Speaker
 from abs_engine.io.naming import WHOLE
 from abs_engine.studio.chunk import Job, film_chunk
@@ -183,10 +184,7 @@ class _Film:
     def _listen(self) -> None:
         for line in self._said:
             self._told.put((self, json.loads(line)))
-        code = self._process.wait()
-        self._complaints.seek(0)
-        lines = self._complaints.read().decode(errors="replace").strip().splitlines()
-        last = lines[-1].strip()[:200] if lines else f"exit status {code}"
+        last = last_words(self._process, self._complaints)
         self._told.put(
             (self, {"error": ["StudioError", f"a film process ended ({last})", _REMEDY]})
         )

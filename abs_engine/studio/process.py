@@ -13,6 +13,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import StudioError
+from abs_engine.core.foreign import last_words
 from abs_engine.studio.worker import Arrays, receive, send
 
 PLATFORMS = ("egl", "osmesa")
@@ -125,11 +126,8 @@ class Worker:
 
     def _failure(self) -> StudioError:
         """Error to raise once the process does not answer any more."""
-        code = self._process.wait()
-        self._complaints.seek(0)
-        lines = self._complaints.read().decode(errors="replace").strip().splitlines()
-        last = lines[-1].strip() if lines else f"exit status {code}"
-        return StudioError(f"the studio's worker ended ({last[:200]})", _REMEDY)
+        last = last_words(self._process, self._complaints)
+        return StudioError(f"the studio's worker ended ({last})", _REMEDY)
 
 
 def worker_environment(platform: str) -> dict[str, str]:
