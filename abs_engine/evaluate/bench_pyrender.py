@@ -21,7 +21,7 @@ from PIL import Image
 
 WAYS = ("pyrender_numpy", "pyrender_tuned")
 
-Evaluate = Callable[[int], tuple[float, int]]
+Evaluate = Callable[[int], float]
 
 
 class Bench:
@@ -76,7 +76,7 @@ class Bench:
         scene.add(camera, pose=np.eye(4))
         return scene
 
-    def pyrender_numpy(self, index: int) -> tuple[float, int]:
+    def pyrender_numpy(self, index: int) -> float:
         """As the documentation of pyrender does it; renderer, scene and texture image are kept."""
         import pyrender
 
@@ -87,7 +87,7 @@ class Bench:
         self.lit.remove_node(node)
         return self._compare(colour, depth)
 
-    def pyrender_tuned(self, index: int) -> tuple[float, int]:
+    def pyrender_tuned(self, index: int) -> float:
         """Without trimesh, normals and lights; the texture stays on the GPU."""
         import pyrender
 
@@ -108,12 +108,12 @@ class Bench:
         moved = weights @ modes.reshape(len(modes), -1)
         return np.asarray(self.given["mean"] + moved.reshape(-1, 3))
 
-    def _compare(self, colour: NDArray[np.uint8], depth: NDArray[Any]) -> tuple[float, int]:
+    def _compare(self, colour: NDArray[np.uint8], depth: NDArray[Any]) -> float:
         seen = depth > 0
         shifted = colour[seen].astype(np.float32) + 1
         normalised = shifted / shifted.sum(axis=1, keepdims=True)
         difference = normalised - self.given["target"][seen]
-        return float(np.vdot(difference, difference)), len(difference)
+        return float(np.vdot(difference, difference))
 
     def describe(self) -> str:
         """The OpenGL that draws."""
@@ -135,9 +135,8 @@ def _pose(rotation: NDArray[Any], translation: NDArray[Any]) -> NDArray[np.float
 
 def _run(evaluate: Evaluate, count: int, candidates: int) -> dict[str, Any]:
     start = time.perf_counter()
-    answers = [evaluate(i % candidates) for i in range(count)]
-    took = time.perf_counter() - start
-    return {"seconds": took, "values": [a[0] for a in answers], "pixels": [a[1] for a in answers]}
+    values = [evaluate(i % candidates) for i in range(count)]
+    return {"seconds": time.perf_counter() - start, "values": values}
 
 
 def main(path: str) -> None:

@@ -10,12 +10,12 @@ import pytest
 from conftest import missing
 
 from abs_engine.core.errors import OpenGLError, ParameterError
-from abs_engine.evaluate import bench_ways, bench_worker
+from abs_engine.evaluate import bench_ways
 from abs_engine.evaluate.bench import run_bench
 from abs_engine.evaluate.bench_clip import BenchError, bench_clip
 from abs_engine.evaluate.bench_result import RATIOS, WAYS, BenchResult
+from abs_engine.evaluate.bench_ways import PyrenderWorker, WorkerError
 from abs_engine.evaluate.bench_work import N_CANDIDATES, ball_work
-from abs_engine.evaluate.bench_worker import PyrenderWorker, WorkerError
 from abs_engine.io.video import VideoWriter, read_frames
 
 GL_WAYS = ("gl_thin", "gl_instanced", "gl_batched")
@@ -99,7 +99,7 @@ def test_what_is_missing_is_none_and_noted(monkeypatch):
 
 
 def test_a_worker_that_cannot_draw_says_why(monkeypatch):
-    monkeypatch.setattr(bench_worker, "PLATFORMS", ("nonsense",))
+    monkeypatch.setattr(bench_ways, "PLATFORMS", ("nonsense",))
     with pytest.raises(WorkerError, match="nonsense: "):
         PyrenderWorker(ball_work(0, 8))
 
