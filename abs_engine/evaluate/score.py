@@ -115,8 +115,7 @@ def measure(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) 
     for name, true in true_curves.items():
         if name in said.curves and np.isfinite(said.curves[name]).any():
             means |= curve_means(name, said.curves[name], true, said)
-            correlation = metrics.curve_error(said.curves[name], true).correlation
-            numbers[f"{name}_correlation"] = correlation
+            numbers[f"{name}_correlation"] = metrics.correlation(said.curves[name], true)
     closed = closures(said, truth, true_curves["aperture"], landmark_68)
     if closed is not None:
         lost = ~said.found & seen

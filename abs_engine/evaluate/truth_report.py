@@ -16,7 +16,7 @@ from abs_engine.dataset import Truth, load_truth
 from abs_engine.evaluate.catalogue import warn_of_faults
 from abs_engine.evaluate.closing import narrow
 from abs_engine.evaluate.estimate import check_run, of_run
-from abs_engine.evaluate.metrics import lip_rms_mm, without_constant_offset
+from abs_engine.evaluate.metrics import Mean, squared_distance, value, without_constant_offset
 from abs_engine.evaluate.score import Score, measure, summary
 from abs_engine.tracking.record import load_run
 
@@ -100,8 +100,9 @@ def draw(run: RunArrays, truth: Truth, folder: Path) -> None:
     found, true = run["lip_points"], truth.points(run["lip_vertex"])
     aligned = without_constant_offset(found, true)
     for points, label in ((found, "raw"), (aligned, "constant rigid offset removed")):
-        error = lip_rms_mm(points, true)
-        bottom.plot(seconds, error.per_frame, label=f"{label}: {error.overall:.2f} mm")
+        squared = squared_distance(points, true)
+        rms = value([Mean.of(squared, root=True)])
+        bottom.plot(seconds, np.sqrt(squared), label=f"{label}: {rms:.2f} mm")
     bottom.set(ylabel="lip points, RMS\n(mm, head frame)", xlabel="time (s)", ylim=(0, None))
     _above(bottom)
     half = 0.5 / truth.rate

@@ -7,43 +7,48 @@ import pytest
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.evaluate.metrics import (
+    Mean,
     closure_events,
-    curve_error,
-    lip_rms_mm,
+    correlation,
     spikes,
+    squared_distance,
     to_camera,
+    value,
     without_constant_offset,
 )
 
 NAN = float("nan")
 
 
+def rms(found, truth):
+    """RMS distance of points, mm, over the frames that were tracked."""
+    return value([Mean.of(squared_distance(found, truth), root=True)])
+
+
 def test_rms_by_hand():
     truth = np.zeros((2, 2, 3))
     found = np.array([[[3.0, 4, 0], [0, 0, 0]], [[0, 0, 1], [2, 0, 0]]])
-    error = lip_rms_mm(found, truth)
     # frame 0: distances 5 and 0, sqrt(25 / 2); frame 1: 1 and 2, sqrt(5 / 2); all: sqrt(30 / 4)
-    np.testing.assert_allclose(error.per_frame, [np.sqrt(12.5), np.sqrt(2.5)])
-    assert error.overall == pytest.approx(np.sqrt(7.5))
+    np.testing.assert_allclose(squared_distance(found, truth), [12.5, 2.5])
+    assert rms(found, truth) == pytest.approx(np.sqrt(7.5))
 
 
 def test_the_truth_scores_nothing_and_noise_scores_itself():
     rng = np.random.default_rng(0)
     truth = rng.normal(size=(60, 84, 3)) * 20
-    assert lip_rms_mm(truth, truth).overall == 0
+    assert rms(truth, truth) == 0
     noise = rng.normal(size=truth.shape) * 0.5
     expected = 0.5 * np.sqrt(3)
-    assert lip_rms_mm(truth + noise, truth).overall == pytest.approx(expected, rel=0.02)
+    assert rms(truth + noise, truth) == pytest.approx(expected, rel=0.02)
     aligned = without_constant_offset(truth + noise, truth)
-    assert lip_rms_mm(aligned, truth).overall == pytest.approx(expected, rel=0.02)
+    assert rms(aligned, truth) == pytest.approx(expected, rel=0.02)
 
 
 def test_frames_that_were_not_tracked_are_left_out():
     truth = np.zeros((3, 1, 3))
     found = np.array([[[1.0, 0, 0]], [[NAN, 0, 0]], [[0, 7, 0]]])
-    error = lip_rms_mm(found, truth)
-    assert error.overall == pytest.approx(5.0)  # sqrt((1 + 49) / 2)
-    np.testing.assert_array_equal(error.per_frame, [1, NAN, 7])
+    assert rms(found, truth) == pytest.approx(5.0)  # sqrt((1 + 49) / 2)
+    np.testing.assert_array_equal(squared_distance(found, truth), [1, NAN, 49])
     aligned = without_constant_offset(found, truth)
     assert np.isnan(aligned[1]).any()
     assert np.isfinite(aligned[[0, 2]]).all()
@@ -53,7 +58,7 @@ def test_a_constant_rigid_offset_is_removed_and_nothing_else():
     rng = np.random.default_rng(1)
     truth = rng.normal(size=(20, 10, 3)) * 15 + [0, -30, 90]
     moved = to_camera(truth, np.tile([0.1, -0.2, 0.05], (20, 1)), np.tile([4.0, -2, 7], (20, 1)))
-    assert lip_rms_mm(moved, truth).overall > 5
+    assert rms(moved, truth) > 5
     np.testing.assert_allclose(without_constant_offset(moved, truth), truth, atol=1e-9)
 
 
@@ -61,12 +66,12 @@ def test_an_offset_that_changes_stays():
     # One point: +1 and -1 mm about the truth in two frames; no constant motion makes that smaller.
     truth = np.zeros((2, 1, 3))
     found = np.array([[[1.0, 0, 0]], [[-1.0, 0, 0]]])
-    assert lip_rms_mm(without_constant_offset(found, truth), truth).overall == pytest.approx(1)
+    assert rms(without_constant_offset(found, truth), truth) == pytest.approx(1)
 
 
 def test_mirrored_points_are_not_mirrored_back():
     truth = np.random.default_rng(2).normal(size=(5, 12, 3)) * 10
-    assert lip_rms_mm(without_constant_offset(truth * [-1, 1, 1], truth), truth).overall > 3
+    assert rms(without_constant_offset(truth * [-1, 1, 1], truth), truth) > 3
 
 
 def test_to_camera_by_hand():
@@ -76,12 +81,9 @@ def test_to_camera_by_hand():
 
 
 def test_curves_by_hand():
-    error = curve_error([1.0, 3, 5, NAN], [0.0, 1, 2, 9])
-    assert error.bias == pytest.approx(2)  # 1, 2, 3
-    assert error.rms == pytest.approx(np.sqrt(14 / 3))
-    assert error.correlation == pytest.approx(1)
-    assert curve_error([1.0, 2, 3], [3.0, 2, 1]).correlation == pytest.approx(-1)
-    assert np.isnan(curve_error([1.0, 2], [3.0, 3]).correlation)
+    assert correlation([1.0, 3, 5, NAN], [0.0, 1, 2, 9]) == pytest.approx(1)
+    assert correlation([1.0, 2, 3], [3.0, 2, 1]) == pytest.approx(-1)
+    assert np.isnan(correlation([1.0, 2], [3.0, 3]))
 
 
 def test_spikes_by_hand():
@@ -93,7 +95,7 @@ def test_spikes_by_hand():
     assert spikes([1.0], 3) == spikes([], 3) == 0
 
 
-@pytest.mark.parametrize("metric", [lip_rms_mm, without_constant_offset])
+@pytest.mark.parametrize("metric", [squared_distance, without_constant_offset])
 def test_points_that_do_not_fit_are_refused(metric):
     with pytest.raises(ParameterError, match="cannot be compared"):
         metric(np.zeros((3, 2, 3)), np.zeros((4, 2, 3)))
@@ -105,8 +107,8 @@ def test_points_that_do_not_fit_are_refused(metric):
 
 def test_curves_that_do_not_fit_are_refused():
     with pytest.raises(ParameterError, match="cannot be compared"):
-        curve_error([1, 2], [1, 2, 3])
+        correlation([1, 2], [1, 2, 3])
     with pytest.raises(ParameterError, match="no frame was tracked"):
-        curve_error([NAN], [1])
+        correlation([NAN], [1])
     with pytest.raises(ParameterError, match="cannot be compared"):
         closure_events([True], [True, False])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -14,25 +12,8 @@ STABLE = [27, 28, 29, 30, 36, 39, 42, 45]
 """Landmarks that move least with expression: bridge of the nose and corners of the eyes."""
 
 
-@dataclass(frozen=True)
-class CurveError:
-    """Difference of a curve from its truth.
-
-    Parameters
-    ----------
-    rms, bias : float
-        Root mean square and mean of estimate - truth.
-    correlation : float
-        Pearson's; NaN where one of the curves is constant.
-    """
-
-    rms: float
-    bias: float
-    correlation: float
-
-
-def curve_error(estimated: ArrayLike, truth: ArrayLike) -> CurveError:
-    """Difference and correlation of two curves (T,), such as lip aperture or width.
+def correlation(estimated: ArrayLike, truth: ArrayLike) -> float:
+    """Pearson's correlation of two curves (T,), such as lip aperture; NaN where one is constant.
 
     Raises
     ------
@@ -49,10 +30,8 @@ def curve_error(estimated: ArrayLike, truth: ArrayLike) -> CurveError:
     if not chosen.any():
         raise ParameterError("no frame was tracked", "look at the overlay of the run")
     found, true = found[chosen], true[chosen]
-    error = found - true
     constant = np.ptp(found) == 0 or np.ptp(true) == 0
-    correlation = np.nan if constant else float(np.corrcoef(found, true)[0, 1])
-    return CurveError(float(np.sqrt((error**2).mean())), float(error.mean()), correlation)
+    return np.nan if constant else float(np.corrcoef(found, true)[0, 1])
 
 
 def lip_curves(outer_12: ArrayLike, inner_8: ArrayLike) -> dict[str, FloatArray]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -13,46 +11,17 @@ from abs_engine.core.geometry import rotations
 from abs_engine.evaluate.metrics.bootstrap import mean_of_given
 
 
-@dataclass(frozen=True, eq=False)
-class PointError:
-    """Distance between points and their truth.
+def squared_distance(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
+    """Mean over the points given of the squared distance, (T,) mm^2; NaN where there are none.
 
-    Parameters
-    ----------
-    overall : float
-        sqrt of the mean, over tracked frames, of the mean squared distance of the points given.
-    per_frame : (T,) float64
-        The same over the points of one frame; NaN where the frame was not tracked.
-    """
-
-    overall: float
-    per_frame: FloatArray
-
-
-def lip_rms_mm(estimated: ArrayLike, truth: ArrayLike) -> PointError:
-    """RMS distance of points as they are, without any alignment ("raw").
-
-    With lip points in head coordinates this is the engine's headline figure. The same function
-    serves for points in camera coordinates (see `to_camera`).
-
-    Parameters
-    ----------
-    estimated, truth : (T, N, 3) float, mm, in one and the same frame of reference
+    The points are as they are, without any alignment. The square root of the mean over frames is
+    their root mean square (RMS) error: of lip points in head coordinates, the engine's headline
+    figure.
 
     Raises
     ------
     ParameterError
         If the shapes differ, or no frame was tracked.
-    """
-    found, true = _points(estimated, truth)
-    squared = mean_of_given(((found - true) ** 2).sum(axis=2))
-    return PointError(float(np.sqrt(squared[np.isfinite(squared)].mean())), np.sqrt(squared))
-
-
-def squared_distance(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
-    """Mean over the points given of the squared distance, (T,) mm^2; NaN where there are none.
-
-    The square root of its mean over frames is the root mean square (RMS) error of `lip_rms_mm`.
     """
     found, true = _points(estimated, truth)
     return mean_of_given(((found - true) ** 2).sum(axis=2))
