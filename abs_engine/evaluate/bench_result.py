@@ -62,7 +62,6 @@ class BenchResult:
 
     Parameters
     ----------
-    works : tuple of WorkResult
     renderers : mapping of str to str
         What draws, for each way that runs.
     machine : mapping of str to str or int

@@ -191,7 +191,6 @@ def summary(clips: Sequence[ClipScores], *, seed: int = 0) -> dict[str, Score]:
 
     Parameters
     ----------
-    clips : sequence of ClipScores
     seed : int
         Of the bootstrap.
     """

@@ -92,7 +92,6 @@ class System:
         frames.
     error_map : (V,) float64, mm, optional
         NaN for vertices that have none.
-    worst : tuple of WorstFrame
     facts : Rows
         How it was made.
     notes : tuple of str
@@ -121,7 +120,6 @@ class TrueClip:
     curves : mapping of `Quantity.key` to (T,) float64
     contours : mapping of str to (T, N, 2) float64, px
     closed : (T,) bool
-    said : tuple of Phoneme
     """
 
     curves: Mapping[str, FloatArray]

@@ -102,7 +102,6 @@ def run_demo(
         Must not exist; it appears when everything is written.
     renderer : Renderer
         What the tracker draws with; the studio has its own.
-    options : DemoOptions
     filming, tracking : callable, optional
         Called after every frame with the number of frames done and of all frames.
     prepared : callable, optional
@@ -179,7 +178,6 @@ def film_clip(
         Must not exist.
     sentence : str
         Name of a built-in sentence, or viseme symbols between spaces.
-    person : str
     size : tuple of int
         Width and height, even.
     frames : int, optional
@@ -192,7 +190,6 @@ def film_clip(
         Label pictures that are written besides ids and depth.
     command : str
         Kept in the ground truth.
-    progress : callable, optional
     keep : bool
         Whether what was filmed stays when it is interrupted, for the next call to go on from.
     """

@@ -97,7 +97,6 @@ def write_report(
         them.
     output : Path
         Must not exist.
-    options : ReportOptions
     stage : callable, optional
         Called with what is begun.
 

@@ -45,12 +45,7 @@ class Actor:
 
 
 class Cast:
-    """The people whom clips may name: those of the scene, and the bundled ones.
-
-    Parameters
-    ----------
-    entries : tuple of SpeakerEntry
-    """
+    """The people whom clips may name: those of the scene, and the bundled ones."""
 
     def __init__(self, speaker: Speaker, entries: tuple[SpeakerEntry, ...]) -> None:
         self._speaker = speaker

@@ -43,7 +43,6 @@ def film_scene(
 
     Parameters
     ----------
-    scene : SceneFile
     folder : Path
         Must not exist; it appears when everything is written.
     beside : Path

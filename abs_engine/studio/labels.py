@@ -179,7 +179,6 @@ def visible(
     Parameters
     ----------
     vertex : (N,) int
-    covers : tuple of Cover
     mirrored : bool
         Whether facets count the other way round.
     """

@@ -60,16 +60,12 @@ class View:
 
     Parameters
     ----------
-    name : str
-    camera : Camera
     rotations, translations : (T, 3) or (1, 3) float64
         World to camera; one row where the camera stands still.
     gain : (T,) float64
         Exposure.
     blur : (T,) float64
         Blur beyond the lens's own, pixels.
-    sensor : Sensor
-    background : Background
     crf : int
         x264's quality of ``io.video.mp4``; 0 is without loss.
     mirror : (4, 3) float64, optional
@@ -119,7 +115,6 @@ class ClipPlan:
         Label, start and end in seconds.
     lights : (T, L, 7) float64
         Direction of travel in the world, intensity, RGB.
-    views : tuple of View
     props : tuple of Prop
         The shirt first, if there is one.
     """

@@ -52,7 +52,6 @@ class Filmer:
     ----------
     work : Path
         Folder of the journal.
-    labels : tuple of str
     """
 
     def __init__(self, work: Path, speaker: Speaker, labels: tuple[str, ...]) -> None:
@@ -93,10 +92,8 @@ def film_apart(
 
     Parameters
     ----------
-    jobs : list of Job
     speaker : Speaker
         The bundled head, which the processes read themselves.
-    labels : tuple of str
     advance : callable
         Called after every frame.
 

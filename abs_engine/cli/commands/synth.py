@@ -27,7 +27,6 @@ class Request:
 
     Parameters
     ----------
-    scene : SceneFile
     beside : Path
         Where the files that the scene names are looked for.
     command : str

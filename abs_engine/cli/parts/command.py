@@ -50,7 +50,6 @@ class Command(click.Command):
         Given what was typed; its docstring begins the help.
     section : str
         Of the program's help, one of `program.SECTIONS`.
-    params : list of click.Parameter
     examples : str
         Lines that can be typed.
     notes : callable that returns str

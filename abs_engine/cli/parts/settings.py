@@ -37,7 +37,6 @@ def settings_text(command: Command, typed: Mapping[str, Any], folder: Path) -> s
 
     Parameters
     ----------
-    command : Command
     typed : mapping of str to value
         By the names of the parameters; those without a value are left out.
     folder : Path

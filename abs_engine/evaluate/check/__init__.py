@@ -42,7 +42,6 @@ def check_dataset(
 
     Parameters
     ----------
-    folder : Path
     frames : int, optional
         How many frames of each view are looked into, evenly spread; None for all. Checksums,
         presence and kind of files, and everything in arrays are checked for all frames.

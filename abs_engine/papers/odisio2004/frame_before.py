@@ -32,7 +32,6 @@ class TalkBinder:
 
     Parameters
     ----------
-    problem : callable
     neutral : (P,) float64
         The posture to begin with where there is no frame before.
     postures : (K, P) float64, optional

@@ -75,7 +75,6 @@ def analyse(
 
     Parameters
     ----------
-    predictors : sequence of Predictor
     missing : {"refuse", "drop", "impute"}
         What to do with points that are missing in some visemes; see `GuidedPCA`.
     without : collection of str

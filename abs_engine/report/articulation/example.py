@@ -25,7 +25,6 @@ def write_example(
     folder : Path
         Exists. Gets ``points.csv`` (a line for each point and viseme, mm), ``roles.csv`` and
         ``predictors.toml``.
-    predictors : sequence of Predictor
     """
     texts = {
         POINTS: _points(spoken), ROLES: _roles(spoken),

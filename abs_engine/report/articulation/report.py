@@ -60,7 +60,6 @@ def write_report(folder: Path, done: Analysis, heads: Heads | None = None) -> No
     folder : Path
         New. Gets ``model.npz``, the corpus without what was kept out, table 1 in Markdown,
         ``results.json`` (fractions, mm), boxplots and nomograms as SVG, and ``index.html``.
-    done : Analysis
     heads : Heads, optional
         Of a bundled speaker: nomograms of the head, too, and its points and tables to start from;
         see `write_example`.

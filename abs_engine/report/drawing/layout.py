@@ -49,7 +49,6 @@ def label(
     size : int
         Height of the letters, pixels.
     align : {"centre", "left", "right"}
-    ink : tuple of int
 
     Returns
     -------

@@ -87,7 +87,6 @@ def paint(
     ----------
     ambient : float
         Share of the light that comes from everywhere, 0 to 1; at 1 nothing is shaded.
-    background : tuple of int
     """
     colour, cover = paint_layers(renderer, surface, look, view, ambient)
     picture = colour + (1 - cover) * np.array(background, np.float32)

@@ -23,10 +23,8 @@ class View:
 
     Parameters
     ----------
-    camera : Camera
     pose : Pose
         Of what is drawn, to the camera.
-    window : Window
     """
 
     camera: Camera

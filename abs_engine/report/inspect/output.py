@@ -79,7 +79,6 @@ def presented(
         Frames per second.
     painted : callable
         Given numbers of frames, yields their pictures, all of one size.
-    progress : callable, optional
     times : (T,) float64, optional
         When each frame is shown, s, where that is not at even steps.
 

@@ -116,11 +116,8 @@ def nomogram(
     ----------
     body : Body
         What every value adds to.
-    rows : sequence of Row
-    values : sequence of float
     unit : str
         What the values are in, such as "sd"; may be empty.
-    progress : callable, optional
     """
     view, wide = look.view(body), look.size[0]
     margin = 124

@@ -22,7 +22,6 @@ class LightKey:
     ----------
     time : float
         Seconds.
-    direction, colour : tuple of float, optional
     """
 
     time: float

@@ -95,7 +95,6 @@ def build(kind: Any, table: Any, where: str) -> Any:
     ----------
     kind : type
         A dataclass, whose fields are the table's keys.
-    table : mapping
     where : str
         For errors.
 

@@ -48,7 +48,6 @@ def read_livelink(path: Path | str, timecode_rate: float | None = None) -> Recor
 
     Parameters
     ----------
-    path : Path
     timecode_rate : float, optional
         Frames per second that the timecode (hours:minutes:seconds:frames) counts. By default the
         smallest usual rate above the largest frame number; name it for takes under a second.
