@@ -143,8 +143,7 @@ def _warn_of_short(said: Performance, rate: float, where: str) -> None:
 
 
 def _spoken(text: str, speech: Speech) -> Performance:
-    intervals = tuple((i.label, float(i.start), float(i.end)) for i in speech.intervals)
-    return Performance(text, speech.weights, tuple(speech.phonemes), intervals, speech.head)
+    return Performance(text, speech.weights, speech.phonemes, speech.intervals, speech.head)
 
 
 def repeated(said: Performance, times: int, rate: float) -> Performance:

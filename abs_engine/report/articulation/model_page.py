@@ -83,15 +83,13 @@ def _skipped_lines(done: Analysis) -> list[str]:
 def variance_lines(done: Analysis) -> list[str]:
     """Table 1 for a terminal, percent."""
     rows = variance_table(done.built.model)
-    wide = max(len("parameter"), *(len(row.name) for row in rows))
-    beside = any(row.paper is not None for row in rows)
+    wide = max(len("parameter"), *(len(name) for name, *_ in rows))
+    beside = any(paper for *_, paper in rows)
     head = "  (paper:  %     sum)" if beside else ""
     lines = [f"{'parameter':{wide}}       %     sum{head}"]
-    for row in rows:
-        line = f"{row.name:{wide}}{100 * row.share:8.2f}{100 * row.cumulated:8.2f}"
-        if row.paper is not None and row.paper_cumulated is not None:
-            line += f"     {100 * row.paper:8.2f}{100 * row.paper_cumulated:8.2f}"
-        lines.append(line)
+    for name, share, total, paper, paper_total in rows:
+        told = f"     {paper:>8}{paper_total:>8}" if paper else ""
+        lines.append(f"{name:{wide}}{share:>8}{total:>8}{told}")
     return lines
 
 
@@ -129,7 +127,6 @@ def model_page(done: Analysis, pictures: Sequence[tuple[str, str]]) -> str:
         Address of a figure from the page, and its caption.
     """
     built = done.built
-    shares = [(row.name, *row.percent) for row in variance_table(built.model)]
     shown = sorted(
         boxes(built.corpus.visemes, built.model.names, built.errors), key=lambda b: -b.rms
     )
@@ -139,7 +136,7 @@ def model_page(done: Analysis, pictures: Sequence[tuple[str, str]]) -> str:
     told = [(line,) for line in (*corpus_lines(done), *error_lines(done), made)]
     body = f"""{table((), told)}
 <h2>Variance that each parameter explains</h2>
-{table(("parameter", "%", "sum", "paper, %", "sum"), shares)}
+{table(("parameter", "%", "sum", "paper, %", "sum"), variance_table(built.model))}
 <h2>Figures</h2>
 {figures(pictures)}
 <h2>Errors of the direct inversion</h2>

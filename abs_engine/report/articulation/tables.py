@@ -21,49 +21,32 @@ PAPER_TOTAL = 0.9629
 """As printed; the rows add up to 0.9628."""
 
 
-@dataclass(frozen=True)
-class VarianceRow:
-    """A line of table 1, fractions of the variance.
+def variance_table(model: ArticulatoryModel) -> list[tuple[str, str, str, str, str]]:
+    """Table 1, percent: what each parameter explains, the sum up to it, and both of the paper's.
 
-    Parameters
-    ----------
-    share, cumulated : float
-        Of this model.
-    paper, paper_cumulated : float or None
-        Of the paper, where it has the parameter.
+    The last two are empty where the paper lacks the parameter.
     """
-
-    name: str
-    share: float
-    cumulated: float
-    paper: float | None
-    paper_cumulated: float | None
-
-    @property
-    def percent(self) -> tuple[str, ...]:
-        """The four numbers in percent; empty where there is none."""
-        told = (self.share, self.cumulated, self.paper, self.paper_cumulated)
-        return tuple("" if v is None else f"{100 * v:.2f}" for v in told)
-
-
-def variance_table(model: ArticulatoryModel) -> tuple[VarianceRow, ...]:
-    """Table 1: what each parameter explains, and all up to it, beside the paper's."""
     sums = np.cumsum(list(PAPER_VARIANCE.values()))
     sums[-1] = PAPER_TOTAL
-    totals = dict(zip(PAPER_VARIANCE, sums, strict=True))
-    return tuple(
-        VarianceRow(name, float(share), float(sum_), PAPER_VARIANCE.get(name), totals.get(name))
-        for name, share, sum_ in zip(
-            model.parameters, model.variance, np.cumsum(model.variance), strict=True
-        )
-    )
+    paper = {
+        name: (_percent(share), _percent(sum_))
+        for (name, share), sum_ in zip(PAPER_VARIANCE.items(), sums.tolist(), strict=True)
+    }
+    shares = zip(model.parameters, model.variance, np.cumsum(model.variance), strict=True)
+    return [
+        (name, _percent(share), _percent(sum_), *paper.get(name, ("", "")))
+        for name, share, sum_ in shares
+    ]
+
+
+def _percent(share: float) -> str:
+    return f"{100 * float(share):.2f}"
 
 
 def variance_text(model: ArticulatoryModel) -> str:
     """Table 1 in Markdown, percent."""
     lines = ["| parameter | % | sum | paper, % | sum |", "|---|---|---|---|---|"]
-    for row in variance_table(model):
-        lines.append(f"| {row.name} | {' | '.join(row.percent)} |")
+    lines += [f"| {' | '.join(row)} |" for row in variance_table(model)]
     return "\n".join(lines) + "\n"
 
 

@@ -18,23 +18,6 @@ from abs_engine.studio.speech.targets import ARTICULATORS, goals, hold, pace
 from abs_engine.studio.speech.utterance import Utterance
 
 
-@dataclass(frozen=True)
-class Interval:
-    """A label and its time.
-
-    Parameters
-    ----------
-    label : str
-        A phoneme in the IPA; '_' for a pause.
-    start, end : float
-        Seconds.
-    """
-
-    label: str
-    start: float
-    end: float
-
-
 @dataclass(frozen=True, eq=False)
 class Speech:
     """Motion of the face during speech, T frames.
@@ -45,8 +28,8 @@ class Speech:
         Face-unit weights from 0 to 1, in the speaker's order; frame k is at k / rate seconds.
     phonemes : tuple of str
         Label of each frame, T; '_' for a pause and for a recording without labels.
-    intervals : tuple of Interval
-        The labels with their times; empty for a recording.
+    intervals : tuple of (str, float, float)
+        Labels in the IPA, '_' for a pause, with start and end in seconds; empty for a recording.
     rate : float
         Frames per second.
     head : (T, 3) float64, optional
@@ -57,7 +40,7 @@ class Speech:
 
     weights: FloatArray
     phonemes: tuple[str, ...]
-    intervals: tuple[Interval, ...]
+    intervals: tuple[tuple[str, float, float], ...]
     rate: float
     head: FloatArray | None = None
     contacts: tuple[Contact, ...] = ()
@@ -96,7 +79,7 @@ def articulate(
     ends = [segment.end for segment in utterance.segments[:-1]]
     index = np.searchsorted(ends, times, side="right")
     labels = tuple(utterance.segments[i].phoneme.label for i in index)
-    intervals = tuple(Interval(s.phoneme.label, s.start, s.end) for s in utterance.segments)
+    intervals = tuple((s.phoneme.label, float(s.start), float(s.end)) for s in utterance.segments)
     return Speech(weights, labels, intervals, rate, contacts=held)
 
 
