@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from abs_engine.capture.dot_annotations import LIPS16
 from abs_engine.capture.exchanged import exchanged, most_often
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import ParameterError, TooFewPointsError
@@ -81,14 +82,13 @@ class _Law:
         return there + self.mean.reshape(-1, 3)
 
 
-def believe(dots: FloatArray, names: tuple[str, ...], count: int) -> Believed:
+def believe(dots: FloatArray, count: int) -> Believed:
     """Belief in the dots of some frames, of which the first are to be learned from.
 
     Parameters
     ----------
-    dots : (T, K, 3) float64, mm
-        NaN where one was not found.
-    names : tuple of str, K
+    dots : (T, 16, 3) float64, mm
+        `LIPS16`; NaN where one was not found.
     count : int
         Of the frames with dots enough the first so many are judged, and filled, by themselves. The
         others are judged by all: by the first alone, a new movement would pass for a jump.
@@ -109,13 +109,13 @@ def believe(dots: FloatArray, names: tuple[str, ...], count: int) -> Believed:
     there = np.asarray(np.isfinite(dots).all(axis=2))
     flat = np.where(np.repeat(there, 3, axis=1), dots.reshape(len(dots), -1), np.nan)
     enough = np.flatnonzero(there.sum(axis=1) >= LEARNING.fewest_dots)
-    _check_found(there[enough[:count]], names)
+    _check_found(there[enough[:count]])
     if len(enough) < _FEWEST_FRAMES:
         return Believed(dots, there, np.zeros_like(there))
     guess, known = _settled(flat, there)
     while True:
         own = enough[:count]
-        _check_found(there[own], names)
+        _check_found(there[own])
         if len(own) < _FEWEST_FRAMES:
             known[own] = there[own]
             break
@@ -125,7 +125,7 @@ def believe(dots: FloatArray, names: tuple[str, ...], count: int) -> Believed:
             break
         enough = np.setdiff1d(enough, poor)
     jumped = np.asarray(there & ~known)
-    _check_names(dots, guess, jumped, names)
+    _check_names(dots, guess, jumped)
     return Believed(np.where(known[..., None], dots, guess), known, jumped)
 
 
@@ -163,12 +163,12 @@ def _trusted(law: _Law, flat: FloatArray, there: BoolArray) -> tuple[FloatArray,
     return guess, known
 
 
-def _check_found(there: BoolArray, names: tuple[str, ...]) -> None:
+def _check_found(there: BoolArray) -> None:
     """Refuse frames (T, K) in which a dot was never found, or lost where too few are there."""
     never = np.flatnonzero(~there.any(axis=0))
     if len(there) and len(never):
         raise TooFewPointsError(
-            f"the dot {names[never[0]]} was found in none of the frames to learn from",
+            f"the dot {LIPS16[never[0]]} was found in none of the frames to learn from",
             "film and observe it again",
         )
     lost = int((~there.all(axis=1)).sum())
@@ -180,15 +180,13 @@ def _check_found(there: BoolArray, names: tuple[str, ...]) -> None:
         )
 
 
-def _check_names(
-    dots: FloatArray, guess: FloatArray, jumped: BoolArray, names: tuple[str, ...]
-) -> None:
+def _check_names(dots: FloatArray, guess: FloatArray, jumped: BoolArray) -> None:
     """Refuse dots that lie where each other should be."""
     swapped = exchanged(dots, guess, jumped)
     if swapped:
         a, b, said = most_often(swapped, range(len(dots)))
         raise ParameterError(
-            f"the dots {names[a]} and {names[b]} have each other's places in {said}",
+            f"the dots {LIPS16[a]} and {LIPS16[b]} have each other's places in {said}",
             "exchange them there: correct them and observe again, or edit the marker file",
         )
 

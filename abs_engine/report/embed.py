@@ -111,11 +111,6 @@ def text64(content: bytes) -> str:
     return base64.b64encode(content).decode("ascii")
 
 
-def data_url(content: bytes, kind: str) -> str:
-    """A file as an address that holds it."""
-    return f"data:{kind};base64,{text64(content)}"
-
-
 def json_bytes(value: Any) -> bytes:
     """JSON without spaces, and without NaN, which no browser reads."""
     return json.dumps(value, allow_nan=False, separators=(",", ":")).encode("utf-8")

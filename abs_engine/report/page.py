@@ -95,7 +95,7 @@ def page_data(data: ReportData, store: Store) -> dict[str, Any]:
         if data.film is None
         else {"data": store.add_file(data.film.content), "size": list(data.film.size)},
         "said": [[s.label, s.start, s.end] for s in said],
-        "ramp": {"colours": store.add(colours.bar_colours()), "end": colours.scale_end(maps)},
+        "ramp": {"colours": store.add(colours.HEAT_COLOURS), "end": colours.scale_end(maps)},
         "charts": {k: json.loads(figure.to_json()) for k, figure in drawn.items() if figure},
     }
 

@@ -11,7 +11,7 @@ from abs_engine.evaluate.score_table import IN_BRACKETS, shown, shown_unit, used
 from abs_engine.report.data import ReportData, Rows, System
 from abs_engine.report.document import safe
 from abs_engine.report.drawing import colours
-from abs_engine.report.embed import data_url
+from abs_engine.report.embed import text64
 from abs_engine.report.quantities import SHARE
 
 TUNING = "tuning: "  # begins the names of the numbers that steer a run
@@ -115,7 +115,7 @@ def error_maps(data: ReportData, end: float) -> str:
     """Errors painted on the face, with their scale."""
     if not any(s.error_map is not None and s.head is not None for s in data.systems):
         return ""
-    steps = ",".join(f"rgb({r},{g},{b})" for r, g, b in colours.bar_colours()[::16])
+    steps = ",".join(f"rgb({r},{g},{b})" for r, g, b in colours.HEAT_COLOURS[::16])
     ticks = "".join(f"<span>{end * k / 4:g}</span>" for k in range(4))
     return f"""<section><h2>Error on the face</h2>
 <p>RMS error of each vertex over the tracked frames, head coordinates, painted on the true head at
@@ -227,7 +227,7 @@ def _figures(system: System, played: int) -> list[str]:
     out = []
     for one in system.worst:
         seek = f' data-frame="{one.frame}"' if one.frame < played else ""
-        source = data_url(one.picture, "image/webp")
+        source = f"data:image/webp;base64,{text64(one.picture)}"
         out.append(
             f'<figure><img src="{source}" alt="mouth in frame {one.frame}"{seek}>'
             f"<figcaption>{safe(one.text)}</figcaption></figure>"

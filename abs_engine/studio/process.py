@@ -35,7 +35,7 @@ class Worker:
     Raises
     ------
     StudioError
-        If no platform works, or, later, if the process ends.
+        If no platform works, or, later, if the process ends; its last line is quoted.
     """
 
     def __init__(self, setup: Arrays, platforms: tuple[str, ...] = PLATFORMS) -> None:
@@ -60,37 +60,19 @@ class Worker:
         return self._process.pid
 
     def exchange(self, arrays: Arrays) -> dict[str, NDArray[Any]]:
-        """Send a request and wait for its answer.
-
-        Raises
-        ------
-        StudioError
-            If the process has ended; the last line that it wrote is quoted.
-        """
+        """Send a request and wait for its answer."""
         self.post(arrays)
         return self.collect()
 
     def post(self, arrays: Arrays) -> None:
-        """Send a request; `collect` its answer before the next one.
-
-        Raises
-        ------
-        StudioError
-            If the process has ended.
-        """
+        """Send a request; `collect` its answer before the next one."""
         try:
             send(self._requests, arrays)
         except OSError as error:
             raise self._failure() from error
 
     def collect(self) -> dict[str, NDArray[Any]]:
-        """Wait for the answer to what was posted.
-
-        Raises
-        ------
-        StudioError
-            If the process has ended.
-        """
+        """Wait for the answer to what was posted."""
         try:
             return receive(self._answers)
         except (OSError, EOFError) as error:

@@ -488,4 +488,4 @@ def test_what_tracked_lips_are_learned_from_is_speech_at_its_pace_then_slowly(
     slow = authored(SPEAKER, "mei", frames=int(SLOWLY * RATE))
     np.testing.assert_array_equal(motion.weights[len(fast) :], slow.weights)
     dots = observed_motion(SPEAKER, motion, noise=0.1)
-    assert not believe(dots.points[:, : len(LIPS16)], LIPS16, dots.frames).jumped.any()
+    assert not believe(dots.points[:, : len(LIPS16)], dots.frames).jumped.any()

@@ -17,7 +17,7 @@ from abs_engine.io.video import probe
 from abs_engine.report.charts import lip_chart
 from abs_engine.report.data import ReportData, Series
 from abs_engine.report.drawing.colours import (
-    bar_colours,
+    HEAT_COLOURS,
     clay_colours,
     scale_end,
     system_stroke,
@@ -200,7 +200,7 @@ def test_the_scale_of_errors_ends_at_a_round_number():
     assert scale_end([np.linspace(0, 3.1, 100)]) == 4.0
     assert scale_end([np.array([0.017, np.nan])]) == pytest.approx(0.02)
     assert scale_end([]) == 1.0
-    assert bar_colours().shape == (256, 3)
+    assert HEAT_COLOURS.shape == (256, 3)
 
 
 def test_lips_and_skin_have_their_colours():

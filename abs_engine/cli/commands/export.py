@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.command import Chosen, Done, command
-from abs_engine.core.registry import EXPORTERS, load_plugin
+from abs_engine.core.registry import EXPORTERS, load_plugins
 
 if TYPE_CHECKING:
     from abs_engine.export.exporter import Loss
@@ -54,8 +54,7 @@ def export(chosen: Chosen) -> Done:
     """Write a run in another program's format, and report what is lost."""
     from abs_engine.export.writing import export_run
 
-    for plugin in chosen.plugin:
-        load_plugin(plugin)
+    load_plugins(chosen.plugin)
     lost = export_run(chosen.run, chosen.to, chosen.output, chosen.speaker, chosen.smooth)
     moved, read = (lost[:1], lost[1:]) if chosen.smooth else ((), lost)
     notes = [one.note for one in lost if one.note]

@@ -14,7 +14,7 @@ from abs_engine.cli.parts.given_files import check_files
 from abs_engine.cli.parts.progress import Progress, say
 from abs_engine.cli.parts.settings import SETTINGS, settings_option, settings_text
 from abs_engine.cli.parts.summary import summary_lines, without_tuning
-from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, TERMS, load_plugin
+from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, TERMS, load_plugins
 from abs_engine.core.words import joined
 from abs_engine.io.unfinished import check_output
 
@@ -203,8 +203,7 @@ def _many(chosen: Chosen) -> Done:
 
 
 def _options(chosen: Chosen) -> TrackOptions:
-    for plugin in chosen.plugin:
-        load_plugin(plugin)
+    load_plugins(chosen.plugin)
     return track_options(chosen)
 
 

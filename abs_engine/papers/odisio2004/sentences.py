@@ -121,19 +121,20 @@ def _mean(rows: Sequence[Any]) -> float:
     return float(np.concatenate(rows).mean())
 
 
-def chosen(count: int | None, of: Sequence[Sentence] = SENTENCES) -> tuple[Sentence, ...]:
-    """So many sentences, evenly spread, the first among them, in their order; by default all.
+def chosen(count: int | None) -> tuple[Sentence, ...]:
+    """So many sentences, evenly spread, the first among them, in their order; None for all.
 
     Fewer are always among more, so that a run may be made longer.
     """
-    spread = in_spread_order(of)[: len(of) if count is None else count]
-    return tuple(s for s in of if s in spread)
+    spread = in_spread_order()[:count]
+    return tuple(s for s in SENTENCES if s in spread)
 
 
-def in_spread_order(of: Sequence[Sentence]) -> tuple[Sentence, ...]:
+def in_spread_order() -> tuple[Sentence, ...]:
     """All, such that those of any beginning are evenly spread: by their reversed binary number."""
-    bits = max(1, (len(of) - 1).bit_length())
-    return tuple(of[k] for k in sorted(range(len(of)), key=lambda k: f"{k:0{bits}b}"[::-1]))
+    bits = (len(SENTENCES) - 1).bit_length()
+    order = sorted(range(len(SENTENCES)), key=lambda k: f"{k:0{bits}b}"[::-1])
+    return tuple(SENTENCES[k] for k in order)
 
 
 def run_sentences(

@@ -121,7 +121,7 @@ def jobs_of(amount: Amount) -> list[Job]:
     if amount.frames:
         return [Job(s, MODELS) for s in SENTENCES[: amount.sentences]]
     twins = chosen(amount.twins)
-    which = in_spread_order(SENTENCES)[: amount.sentences]
+    which = in_spread_order()[: amount.sentences]
     return [Job(s, MODELS if s in twins else LINEAR) for s in which]
 
 

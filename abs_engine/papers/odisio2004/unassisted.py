@@ -33,7 +33,7 @@ from abs_engine.papers.odisio2004.sequence import track
 from abs_engine.papers.odisio2004.unassisted_faces import KnownFace, faces_of
 from abs_engine.papers.odisio2004.visemes import Speech
 from abs_engine.studio.appearance.look import Light, Look
-from abs_engine.studio.french import SENTENCES, Sentence
+from abs_engine.studio.french import Sentence
 from abs_engine.studio.make import Crew, Order, make
 from abs_engine.tracking.heads import correspondence_of
 from abs_engine.tracking.landmark_correspondence import Correspondence
@@ -103,7 +103,7 @@ def unassisted(report: Report, bare: Speech, count: int) -> list[dict[str, Any]]
     folder = report.kept / f"unassisted-{code_digest()[:12]}"
     folder.mkdir(parents=True, exist_ok=True)
     faces = faces_of(report, bare, folder)
-    sentences, rows = in_spread_order(SENTENCES)[:count], []
+    sentences, rows = in_spread_order()[:count], []
     places = correspondence_of(report.speaker, report.renderer)
     for test, filming in FILMINGS.items():
         films = [_film(report, folder, test, filming, sentence) for sentence in sentences]

@@ -24,6 +24,9 @@ _GAPS = ((), (12, 10), (3, 5), (16, 5, 3, 5), (7, 14), (2, 9))
 _WIDEST, _THINNER, _THINNEST, _TRUTH_WIDTH = 2.6, 0.4, 1.6, 4.8  # px
 _ON_PICTURE_WIDTH, _TRUTH_ON_PICTURE_WIDTH = 1.4, 3.0
 
+HEAT_COLOURS = colours_of("viridis")
+"""Colours (256, 3) uint8 of errors, from none to the scale's end."""
+
 CLAY = (208, 192, 178)
 _CLASS = {
     "skin": CLAY,
@@ -113,11 +116,6 @@ def clay_colours(
 def clay_of(class_names: Sequence[str]) -> NDArray[np.uint8]:
     """Colours (K, 3) uint8 of classes of facets; skin's for a name that is none of a face."""
     return np.array([_CLASS.get(name, CLAY) for name in class_names], np.uint8)
-
-
-def bar_colours() -> NDArray[np.uint8]:
-    """Colours (256, 3) uint8 of errors, from none to the scale's end."""
-    return colours_of("viridis")
 
 
 def scale_end(maps: Sequence[FloatArray]) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 from abs_engine.core.arrays import Image
 from abs_engine.core.scene import Renderer
-from abs_engine.io.files import check_free
+from abs_engine.io.files import check_free, png, write_new
 from abs_engine.report.inspect.heads import (
     draw_nomogram,
     draw_portrait,
@@ -14,7 +14,7 @@ from abs_engine.report.inspect.heads import (
     draw_turntable,
 )
 from abs_engine.report.inspect.label_kinds import draw_label
-from abs_engine.report.inspect.output import Film, Progress, is_film, write_film, write_picture
+from abs_engine.report.inspect.output import Film, Progress, is_film, write_film
 from abs_engine.report.inspect.request import LABEL_KINDS, Request
 from abs_engine.report.inspect.run_kinds import draw_error, draw_overlay
 
@@ -52,7 +52,7 @@ def render_to_file(request: Request, renderer: Renderer, progress: Progress | No
     if isinstance(made, Film):
         write_film(request.output, _counted(made, progress), made.rate, made.times)
     else:
-        write_picture(request.output, made)
+        write_new(request.output, png(made))
 
 
 def _counted(film: Film, progress: Progress | None) -> Iterator[Image]:

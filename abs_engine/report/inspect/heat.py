@@ -13,14 +13,14 @@ from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.io.inputs import MOST, check_file
 from abs_engine.io.npz import BROKEN, read_arrays
+from abs_engine.report.drawing.colours import HEAT_COLOURS
 from abs_engine.report.drawing.layout import beside
 from abs_engine.report.drawing.legend import colour_bar
 from abs_engine.report.drawing.paint import paint, value_coat
-from abs_engine.report.drawing.palette import colours_of, rounded_up
+from abs_engine.report.drawing.palette import rounded_up
 from abs_engine.report.drawing.view import View, views_of
 from abs_engine.report.inspect.body import Body
 
-HEAT_COLOURS = colours_of("viridis")
 HEAT_AMBIENT = 0.8
 """Much of the light comes from everywhere, so that colours can be compared with the bar."""
 HEAT_TURNS = (-40.0, 0.0, 40.0)

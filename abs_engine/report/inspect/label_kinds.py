@@ -16,18 +16,12 @@ from abs_engine.report.drawing.layout import beside, captioned, evenly, framed
 from abs_engine.report.drawing.view import views_of
 from abs_engine.report.inspect.body import posed
 from abs_engine.report.inspect.heads import FILM_VIEWS, person_of
-from abs_engine.report.inspect.labels import LabelFrame, LabelPainter, limits_of
+from abs_engine.report.inspect.labels import LabelFrame, LabelPainter, drawn_labels, limits_of
 from abs_engine.report.inspect.output import SHEET_TILES, Film, Progress, presented
 from abs_engine.report.inspect.request import Request
 from abs_engine.report.inspect.runs import load_run_head
 from abs_engine.report.inspect.sheets import RATE, turn_angles
-from abs_engine.report.inspect.sources import (
-    LabelSource,
-    open_truth,
-    posture_labels,
-    run_labels,
-    truth_labels,
-)
+from abs_engine.report.inspect.sources import LabelSource, open_truth, run_labels, truth_labels
 
 _SAMPLED = 5  # frames of a film that its colour scale is taken from
 
@@ -96,4 +90,7 @@ def _label_source(
     size = request.size or ((240, 280) if len(turns) > 1 and not film else (512, 512))
     views = views_of(rest.shown(request.shown), size, turns)
     captions = ["" if film or len(turns) == 1 else f"{t:.0f}°" for t in turns]
-    return posture_labels(renderer, posed(rest, request.units), views, captions, RATE)
+    body = posed(rest, request.units)
+    return LabelSource(
+        RATE, len(views), lambda k: drawn_labels(renderer, body, views[k], captions[k])
+    )

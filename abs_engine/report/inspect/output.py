@@ -12,7 +12,7 @@ import numpy as np
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import checked_frame
-from abs_engine.io.files import png, scratch, write_new
+from abs_engine.io.files import scratch, write_new
 from abs_engine.io.video import VideoWriter
 from abs_engine.report.drawing.layout import columns_of, evenly, sheet
 from abs_engine.report.inspect.request import Request
@@ -101,11 +101,6 @@ def presented(
     if len(tiles) == 1:
         return tiles[0]
     return sheet(tiles, columns_of(len(tiles), (tiles[0].shape[1], tiles[0].shape[0])))
-
-
-def write_picture(path: Path, picture: Image) -> None:
-    """Write a new PNG."""
-    write_new(path, png(picture))
 
 
 def write_film(

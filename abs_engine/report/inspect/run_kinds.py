@@ -15,13 +15,13 @@ from abs_engine.evaluate.estimate import Estimate, check_run
 from abs_engine.evaluate.same_clip import check_clip
 from abs_engine.evaluate.score import error_map
 from abs_engine.io.assets import load_speaker
+from abs_engine.report.drawing.colours import HEAT_COLOURS
 from abs_engine.report.drawing.layout import beside
 from abs_engine.report.drawing.legend import colour_bar
 from abs_engine.report.drawing.view import views_of
 from abs_engine.report.inspect.body import Body, posed
 from abs_engine.report.inspect.heads import FILM_VIEWS, person_of
 from abs_engine.report.inspect.heat import (
-    HEAT_COLOURS,
     heat_limits,
     heat_map,
     heat_pictures,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -17,8 +17,7 @@ from abs_engine.core.scene import Renderer
 from abs_engine.dataset import Truth
 from abs_engine.evaluate.clip_views import found_truth
 from abs_engine.io.assets import Speaker
-from abs_engine.report.drawing.view import View
-from abs_engine.report.inspect.body import Body, check_same_mesh
+from abs_engine.report.inspect.body import check_same_mesh
 from abs_engine.report.inspect.labels import LabelFrame, drawn_labels
 from abs_engine.report.inspect.request import Request
 from abs_engine.report.inspect.runs import RunHead
@@ -44,15 +43,6 @@ class LabelSource:
     count: int
     frame: Callable[[int], LabelFrame]
     times: FloatArray | None = None
-
-
-def posture_labels(
-    renderer: Renderer, body: Body, views: Sequence[View], captions: Sequence[str], rate: float
-) -> LabelSource:
-    """Labels of a head in a posture, seen from several sides, `rate` views per second."""
-    return LabelSource(
-        rate, len(views), lambda k: drawn_labels(renderer, body, views[k], captions[k])
-    )
 
 
 def run_labels(renderer: Renderer, run: RunHead) -> LabelSource:
