@@ -148,6 +148,21 @@ def _finish(part: FloatArray, weight: FloatArray, root: bool) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(ratio, 0.0)) if root else ratio)
 
 
+def compared(
+    estimated: ArrayLike, truth: ArrayLike, what: str, shape: tuple[int | None, ...], remedy: str
+) -> tuple[FloatArray, FloatArray]:
+    """Both as float64; `ParameterError` unless they are of one shape, `None` for any length."""
+    found, true = np.asarray(estimated, np.float64), np.asarray(truth, np.float64)
+    fits = len(shape) == found.ndim and all(
+        wanted in (None, own) for wanted, own in zip(shape, found.shape, strict=True)
+    )
+    if found.shape != true.shape or not fits:
+        raise ParameterError(
+            f"{what} of shapes {found.shape} and {true.shape} cannot be compared", remedy
+        )
+    return found, true
+
+
 def mean_of_given(values: FloatArray) -> FloatArray:
     """Mean (T,) over what is finite in (T, N); NaN where nothing is."""
     given = np.isfinite(values)

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
+from abs_engine.evaluate.metrics.bootstrap import compared
 
 STABLE = [27, 28, 29, 30, 36, 39, 42, 45]
 """Landmarks that move least with expression: bridge of the nose and corners of the eyes."""
@@ -20,12 +21,8 @@ def correlation(estimated: ArrayLike, truth: ArrayLike) -> float:
     ParameterError
         If the lengths differ, or no frame was tracked.
     """
-    found, true = np.asarray(estimated, np.float64), np.asarray(truth, np.float64)
-    if found.shape != true.shape or found.ndim != 1:
-        raise ParameterError(
-            f"curves of shapes {found.shape} and {true.shape} cannot be compared",
-            "compare the same frames of one clip",
-        )
+    remedy = "compare the same frames of one clip"
+    found, true = compared(estimated, truth, "curves", (None,), remedy)
     chosen = np.isfinite(found)
     if not chosen.any():
         raise ParameterError("no frame was tracked", "look at the overlay of the run")

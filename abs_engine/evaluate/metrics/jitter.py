@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.errors import ParameterError
-from abs_engine.evaluate.metrics.bootstrap import mean_of_given
+from abs_engine.evaluate.metrics.bootstrap import compared, mean_of_given
 
 
 def acceleration_error(estimated: ArrayLike, truth: ArrayLike, rate: float) -> FloatArray:
@@ -40,12 +39,8 @@ def noise_level(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
 
 def _second_difference(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
     """Of the error, (T, N, 3), with NaN in the first and the last frame."""
-    found, true = np.asarray(estimated, np.float64), np.asarray(truth, np.float64)
-    if found.shape != true.shape or found.ndim != 3:
-        raise ParameterError(
-            f"points of shapes {found.shape} and {true.shape} cannot be compared",
-            "give the same frames and the same points",
-        )
+    remedy = "give the same frames and the same points"
+    found, true = compared(estimated, truth, "points", (None, None, None), remedy)
     error = found - true
     second = np.full(error.shape, np.nan)
     second[1:-1] = error[:-2] - 2 * error[1:-1] + error[2:]

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.errors import ParameterError
-from abs_engine.evaluate.metrics.bootstrap import mean_of_given
+from abs_engine.evaluate.metrics.bootstrap import compared, mean_of_given
 
 OUTER_CORNERS = 36, 45
 
@@ -54,10 +53,6 @@ def normalised_error(estimated: ArrayLike, truth: ArrayLike, scale: ArrayLike) -
 
 
 def _distance(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
-    found, true = np.asarray(estimated, np.float64), np.asarray(truth, np.float64)
-    if found.shape != true.shape or found.ndim != 3 or found.shape[2] != 2:
-        raise ParameterError(
-            f"pixels of shapes {found.shape} and {true.shape} cannot be compared",
-            "give (T, N, 2) of the same frames and the same points",
-        )
+    remedy = "give (T, N, 2) of the same frames and the same points"
+    found, true = compared(estimated, truth, "pixels", (None, None, 2), remedy)
     return np.asarray(np.linalg.norm(found - true, axis=2))

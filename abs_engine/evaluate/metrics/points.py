@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import rotations
-from abs_engine.evaluate.metrics.bootstrap import mean_of_given
+from abs_engine.evaluate.metrics.bootstrap import compared, mean_of_given
 
 
 def squared_distance(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
@@ -90,12 +90,8 @@ def to_head(points: ArrayLike, rotation: ArrayLike, translation: ArrayLike) -> F
 
 
 def _points(estimated: ArrayLike, truth: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    found, true = np.asarray(estimated, np.float64), np.asarray(truth, np.float64)
-    if found.shape != true.shape or found.ndim != 3 or found.shape[2] != 3:
-        raise ParameterError(
-            f"points of shapes {found.shape} and {true.shape} cannot be compared",
-            "give (T, N, 3) of the same frames and the same points",
-        )
+    remedy = "give (T, N, 3) of the same frames and the same points"
+    found, true = compared(estimated, truth, "points", (None, None, 3), remedy)
     if not np.isfinite(found).all(axis=2).any():
         raise ParameterError("no frame was tracked", "look at the overlay of the run")
     return found, true
