@@ -63,7 +63,7 @@ WHICH = {
 }
 """Points of a track that its name does not say."""
 
-CURVES = {"aperture": "aperture", "width": "width", "protrusion": "protrusion"}
+CURVES = ("aperture", "width", "protrusion")
 
 
 def _points(track: str, name: str) -> list[Metric]:
@@ -93,16 +93,16 @@ def _points(track: str, name: str) -> list[Metric]:
     ]  # fmt: skip
 
 
-def _curve(key: str, name: str) -> list[Metric]:
+def _curve(key: str) -> list[Metric]:
     return [
-        Metric(f"{key}_rms_mm", f"{name}, RMS", "mm", "root mean square difference"),
-        Metric(f"{key}_bias_mm", f"{name}, bias", "mm", "mean difference, estimate - truth"),
+        Metric(f"{key}_rms_mm", f"{key}, RMS", "mm", "root mean square difference"),
+        Metric(f"{key}_bias_mm", f"{key}, bias", "mm", "mean difference, estimate - truth"),
         Metric(
-            f"{key}_correlation", f"{name}, correlation", "",
+            f"{key}_correlation", f"{key}, correlation", "",
             "Pearson's, over frames; of several clips, the mean over those that have one",
         ),
         Metric(
-            f"{key}_coverage_95", f"{name}, truth inside of 95 % intervals", "share",
+            f"{key}_coverage_95", f"{key}, truth inside of 95 % intervals", "share",
             "share of frames in which the true value lies in the interval given for it",
         ),
     ]  # fmt: skip
@@ -162,7 +162,7 @@ BUILT_IN: tuple[Metric, ...] = (
         f"for those of points 48 to 67 that the camera sees in each frame{VISIBLE}",
     ),
     Metric("lips_nme", "lip landmarks, over distance of eyes", "share", "for points 48 to 67"),
-    *(metric for key, name in CURVES.items() for metric in _curve(key, name)),
+    *(metric for key in CURVES for metric in _curve(key)),
     Metric(
         "closure_precision_frames", "closed frames, precision", "share",
         f"share of the frames called closed that are{CLOSURE}",

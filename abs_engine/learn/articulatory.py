@@ -91,28 +91,6 @@ def _inverted(model: ArticulatoryModel, viseme: str, points: FloatArray) -> Floa
         raise TooFewPointsError(f"viseme '{viseme}': {error.problem}", "leave it out") from error
 
 
-def left_out_errors(
-    corpus: Corpus, predictors: Sequence[Predictor] = PAPER_PREDICTORS, missing: Missing = "refuse"
-) -> FloatArray:
-    """Error of each viseme in the model of all others, (V,), mm: RMS over the points.
-
-    Of more than `MOST_BUILT` visemes several are left out at once.
-
-    Parameters
-    ----------
-    missing : {"refuse", "drop", "impute"}
-
-    Raises
-    ------
-    TooFewPointsError, ParameterError
-        As `build`.
-    """
-    done = leave_out_in_turn(corpus, predictors, missing)
-    if done.skipped:
-        raise next(iter(done.skipped.values()))
-    return done.errors
-
-
 @dataclass(frozen=True, eq=False)
 class LeftOut:
     """Errors of models on visemes that they were not built of.
@@ -133,7 +111,10 @@ class LeftOut:
 def leave_out_in_turn(
     corpus: Corpus, predictors: Sequence[Predictor] = PAPER_PREDICTORS, missing: Missing = "refuse"
 ) -> LeftOut:
-    """As `left_out_errors`, but visemes that cannot be left out are told of, with the reason."""
+    """Each viseme in the model of all others; of more than `MOST_BUILT` several at once.
+
+    Those that cannot be left out are told of, with the reason.
+    """
     out = np.full(len(corpus), np.nan)
     skipped: dict[str, AbsEngineError] = {}
     rounds = min(len(corpus), MOST_BUILT)

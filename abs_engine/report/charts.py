@@ -14,7 +14,7 @@ from abs_engine.core.arrays import BoolArray, FloatArray, stretches
 from abs_engine.dataset import Phoneme
 from abs_engine.report.data import Quantity, ReportData, Series, System
 from abs_engine.report.drawing import colours
-from abs_engine.report.quantities import SHARE
+from abs_engine.report.quantities import CURVES, SHARE
 
 SHOWN_SECONDS = 10.0
 """Longer clips begin with this part; a double click shows the whole."""
@@ -40,7 +40,7 @@ _LONG = 13  # letters: longer names of an axis take two lines
 def lip_chart(data: ReportData) -> Figure | None:
     """Lip curves against the truth: phonemes above, true closures shaded; None without curves."""
     true = data.true.curves if data.true is not None else {}
-    rows = [q for q in data.curves if q.key in true or _given(data.systems, "curves", q.key)]
+    rows = [q for q in CURVES if q.key in true or _given(data.systems, "curves", q.key)]
     if not rows:
         return None
     said = data.true.said if data.true is not None else ()

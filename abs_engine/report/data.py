@@ -167,8 +167,8 @@ class ReportData:
         Middle of the mouth, mm, head frame.
     area : (N,) int, optional
         Vertices of the face, by which the scale of the error maps is chosen; by default all.
-    curves, errors, sureness : tuple of Quantity
-        Rows of the charts.
+    errors, sureness : tuple of Quantity
+        Rows of the charts, but for those of the lip curves, `quantities.CURVES`.
     facts : mapping of heading to Rows
         Clip, machine, seeds, commands.
     view : str
@@ -191,7 +191,6 @@ class ReportData:
     played: int = 0
     focus: tuple[float, float, float] = (0.0, 0.0, 0.0)
     area: NDArray[np.int32] | None = None
-    curves: tuple[Quantity, ...] = ()
     errors: tuple[Quantity, ...] = ()
     sureness: tuple[Quantity, ...] = ()
     facts: Mapping[str, Rows] = field(default_factory=dict)

@@ -41,7 +41,7 @@ from abs_engine.report.inspect.run_video import check_video, find_video
 from abs_engine.report.inspect.runs import load_run_head
 from abs_engine.report.motion import compress
 from abs_engine.report.page import report_page
-from abs_engine.report.quantities import CURVES, SURENESS, error_rows, error_series, sureness_series
+from abs_engine.report.quantities import SURENESS, error_rows, error_series, sureness_series
 from abs_engine.report.scoring import landmarks_of, notes_of, read_result, same_mesh
 
 MOST_PLAYED = 1000
@@ -173,7 +173,6 @@ def _with_truth(
         played=played,
         focus=_focus(truth.neutral[loops["outer"]]),
         area=speaker.points.get("face") if same_mesh(truth, speaker) else None,
-        curves=CURVES,
         errors=error_rows([system.errors for system in scored]),
         facts=truth_facts(truth, folder) | made_facts(options.command, options.seed),
         view=view.name,
@@ -240,7 +239,6 @@ def _without_truth(
         film=shown,
         played=played,
         focus=_focus(first.mesh.mean[loops["outer"]]),
-        curves=CURVES,
         sureness=SURENESS,
         facts=made_facts(options.command, None),
         caution=caution(origins(named)) or "",

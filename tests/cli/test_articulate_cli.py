@@ -15,10 +15,10 @@ from short import first_figure
 import abs_engine
 from abs_engine.capture.corpus import Corpus
 from abs_engine.cli import main
-from abs_engine.core.errors import InputFileError, ParameterError, TooFewPointsError
+from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.core.provenance import described
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
-from abs_engine.learn.articulatory import leave_out_in_turn, left_out_errors
+from abs_engine.learn.articulatory import leave_out_in_turn
 from abs_engine.report.articulation import report
 from abs_engine.report.articulation.applied import Applied
 from abs_engine.report.articulation.predictor_file import predictors_text, read_predictors
@@ -187,8 +187,6 @@ def test_a_viseme_with_too_few_points_of_its_own_is_told_of(monkeypatch):
     assert "do not determine" in done.skipped["v3"].problem
     assert np.isfinite(np.delete(done.errors, 3)).all()
     assert np.isnan(done.errors[3])
-    with pytest.raises(TooFewPointsError, match="do not determine"):
-        left_out_errors(corpus, OWN, "impute")
 
 
 def infinite(points: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ from abs_engine.core.errors import (
 from abs_engine.face.shape.articulatory_model import load_articulatory
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS
 from abs_engine.io.assets import load_speaker
-from abs_engine.learn.articulatory import build, dense_head, left_out_errors
+from abs_engine.learn.articulatory import build, dense_head, leave_out_in_turn
 from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.report.articulation.analysis import analyse
@@ -165,7 +165,7 @@ def test_seven_parameters_hold_what_the_paper_s_do(spoken: SpokenCorpus, person:
     built = build(one.corpus)
     assert built.model.held > 0.9629
     assert (built.viseme_errors <= 0.5).mean() > 0.9
-    assert (left_out_errors(one.corpus) <= 0.5).mean() > 0.9
+    assert (leave_out_in_turn(one.corpus).errors <= 0.5).mean() > 0.9
     assert build(one.noiseless).model.held > built.model.held
     told = dict(zip(built.model.parameters, built.model.modes, strict=True))
     at = {group: of(one.corpus, group) for group in one.corpus.groups}
@@ -201,7 +201,7 @@ def test_tables_and_results(spoken: SpokenCorpus):
     assert rows[-1][2] == f"{100 * built.model.held:.2f}"
     assert (rows[0][3], rows[-1][4]) == ("16.11", "96.29")
     assert "| lips1 |" in variance_text(built.model)
-    told = json.loads(json.dumps(results(built, left_out_errors(spoken.corpus))))
+    told = json.loads(json.dumps(results(built, leave_out_in_turn(spoken.corpus).errors)))
     assert set(told["variance"]) == {*built.model.parameters, "total"}
     assert told["model_error_mm_median"] < told["left_out_error_mm_median"]
 

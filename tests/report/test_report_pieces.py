@@ -27,7 +27,7 @@ from abs_engine.report.embed import Store, deflated, json_bytes
 from abs_engine.report.estimate_parts import system_of
 from abs_engine.report.film import mouth_picture, shorten, worst_frames
 from abs_engine.report.motion import LARGEST_ERROR_MM, compress
-from abs_engine.report.quantities import CURVES, error_rows
+from abs_engine.report.quantities import error_rows
 from abs_engine.report.sections import _facts
 from abs_engine.tracking.run_mesh import LinearSurface
 
@@ -132,7 +132,7 @@ def test_a_band_ends_where_its_curve_does_and_is_drawn_at_the_times_of_the_run()
     )  # fmt: skip
     times, system = [22.5, 23.0, 23.25, 24.0, 25.0], system_of(estimate, None, {}, 5)
     faces, colours = np.zeros((0, 3), np.int32), np.zeros((0, 3), np.uint8)
-    data = ReportData("", "", 2.0, np.array(times), (system,), faces, colours, curves=CURVES)
+    data = ReportData("", "", 2.0, np.array(times), (system,), faces, colours)
     figure = lip_chart(data)
     band, curve = figure.data
     assert band.fill == "toself"

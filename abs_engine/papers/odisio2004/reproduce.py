@@ -15,7 +15,7 @@ from abs_engine.core.provenance import made_by
 from abs_engine.face.talking import MODELS, TalkingFace
 from abs_engine.face.talking_file import save_talking
 from abs_engine.io.files import png
-from abs_engine.learn.articulatory import dense_head, left_out_errors
+from abs_engine.learn.articulatory import dense_head, leave_out_in_turn
 from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004.filmed import BEADS
 from abs_engine.papers.odisio2004.gathered import Report
@@ -124,7 +124,7 @@ def _shape(report: Report, speech: Speech) -> None:
     """Table 1, figures 2 and 3."""
     report.tell("the articulatory model")
     built, model = speech.built, speech.built.model
-    report.results |= results(built, left_out_errors(speech.spoken.corpus))
+    report.results |= results(built, leave_out_in_turn(speech.spoken.corpus).errors)
     (report.folder / "variance.md").write_text(variance_text(model), encoding="utf-8")
     shown = boxes(built.corpus.visemes, model.names, built.errors)
     report.figure(

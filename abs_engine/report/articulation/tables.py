@@ -99,7 +99,7 @@ def results(built: Build, left_out: FloatArray | None = None) -> dict[str, Any]:
     Parameters
     ----------
     left_out : (V,) float64, mm, optional
-        Of `left_out_errors`; NaN where a viseme could not be left out.
+        Of `leave_out_in_turn`; NaN where a viseme could not be left out.
 
     Returns
     -------
