@@ -36,7 +36,7 @@ class Observations:
     points : (T, N, 3) float64, mm, head frame
         NaN where a point was not found.
     names : tuple of str, N
-        Those of `marks.LIPS17` first where they were observed.
+        Those of `dot_annotations.LIPS17` first where they were observed.
     found : (T, N) bool
     uncertain : (T, N) bool
         Found, but by a weak correlation; a person should look at it.

@@ -77,7 +77,7 @@ def given_landmarks(
     Parameters
     ----------
     estimate : Estimate
-        Complete, see `complete.complete`.
+        Complete, see `derived_rows.complete`.
     own_pixels : bool
         Whether its pixels are its own word, and not its points by the true camera.
     landmark_68 : (68,) int, optional

@@ -25,7 +25,7 @@ class Correspondence:
     Parameters
     ----------
     points : ShellPoints
-        Of `marks.LIPS16`, in their order: a table that is the same for everybody.
+        Of `dot_annotations.LIPS16`, in their order: a table that is the same for everybody.
     rest : (N, 3) float64, mm, head frame
         The shell's nodes at rest: of the known person's head, or of the average one.
     home : (16, 3) float64, mm, head frame
@@ -76,7 +76,7 @@ class Correspondence:
 
 
 def shell_points(speaker: Speaker, shell: LipShell) -> ShellPoints:
-    """Places of the dots of `marks.LIPS16` on the shell, by the average head."""
+    """Places of the dots of `dot_annotations.LIPS16` on the shell, by the average head."""
     at = lips17(speaker)[: len(LIPS16)]
     nodes = shell.nodes(speaker.vertices)
     return nearest_points(nodes, shell.faces[shell.lip], speaker.vertices[at])
@@ -92,7 +92,7 @@ def correspond(
     shell : LipShell
         Cut from the speaker.
     seen : (T, 16, 3) float64, mm, head frame
-        The dots of `marks.LIPS16` in frames in which all were seen.
+        The dots of `dot_annotations.LIPS16` in frames in which all were seen.
     person : str, optional
         One of the speaker's people. By default the dots are scaled, turned and shifted as a
         whole until the mean ones are nearest to those of the average head: the modes are learned
@@ -128,7 +128,7 @@ def check_dots(speaker: Speaker, mean: FloatArray) -> None:
     Parameters
     ----------
     mean : (16, 3) float64, mm, head frame
-        Mean places of the dots of `marks.LIPS16`.
+        Mean places of the dots of `dot_annotations.LIPS16`.
 
     Raises
     ------

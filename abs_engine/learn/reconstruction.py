@@ -27,7 +27,7 @@ class Part:
     Parameters
     ----------
     dots : slice
-        Of `marks.LIPS16`.
+        Of `dot_annotations.LIPS16`.
     paper : float
         Mean-squared error for each degree of freedom in the paper's table 1.
     """

@@ -71,7 +71,7 @@ def train(
     Parameters
     ----------
     observations : Observations
-        With the dots of `marks.LIPS16`.
+        With the dots of `dot_annotations.LIPS16`.
     speaker : Speaker
         Whose head the shell is cut from.
     person : str, optional

@@ -26,9 +26,10 @@ from abs_engine.papers.basu1998.pictures import (
     fits_figure,
     probability_figure,
 )
-from abs_engine.papers.basu1998.scores import GOALS, Goal, number, score_lines
+from abs_engine.papers.basu1998.scores import GOALS, Goal, score_lines
 from abs_engine.papers.basu1998.summary import LITERAL, WAYS
 from abs_engine.papers.basu1998.wireframe import ON_LIPS, ON_SKIN, CloseUp
+from abs_engine.papers.results import number
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.report.drawing.figure import figure_bytes
 from abs_engine.report.drawing.lines import draw_arrows

@@ -211,7 +211,7 @@ def observed_motion(
     Returns
     -------
     Observations
-        Of `marks.LIPS17`, in the head frame, without views.
+        Of `dot_annotations.LIPS17`, in the head frame, without views.
     """
     at = lips17(speaker)
     units = speaker.unit_matrix(speaker.unit_names)[:, at].astype(np.float64)

@@ -17,13 +17,11 @@ from abs_engine.papers.basu1998.scores import (
     RECONSTRUCTION,
     VARIANCE,
     Goal,
-    Results,
     Unit,
-    finite,
-    number,
     remark,
     told,
 )
+from abs_engine.papers.results import Results, finite, number
 from abs_engine.report.document import figures as pictures
 from abs_engine.report.document import results_page, table
 
@@ -75,7 +73,7 @@ def reproduction_page(
         What to know about the numbers.
     """
     body = f"""{_made(results)}
-{"".join(f"<p>{html.escape(remark)}</p>" for remark in remarks)}
+{"".join(f"<p>{html.escape(line)}</p>" for line in remarks)}
 <h2>At a glance</h2>
 {_goals(results, GOALS)}
 <h2>Lips of a recording, in other motion</h2>

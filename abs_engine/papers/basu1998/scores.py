@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from abs_engine.learn.reconstruction import TABLE_1
+from abs_engine.papers.results import Results, number
 
-Results = Mapping[str, Any]
 Unit = Literal["share", "error", "mm", "count"]
 MISSING = "not measured"
 _FORMATS: dict[Unit, Callable[[float], str]] = {
@@ -105,21 +104,6 @@ GRID = (
     Goal("grid.spikes", "GRID apertures, single-frame spikes", "count", 0),
 )
 GOALS = (VARIANCE, *RECONSTRUCTION, RECORDED, *POSES, ITERATIONS, CONVERGED, FURTHER_LEFT, *GRID)
-
-
-def number(results: Results, key: str) -> float | None:
-    """A finite number of nested results by its dotted key, or None."""
-    value: Any = results
-    for part in key.split("."):
-        value = value.get(part) if isinstance(value, Mapping) else None
-    return finite(value)
-
-
-def finite(value: object) -> float | None:
-    """A value as a finite number, or None."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        return None
-    return float(value)
 
 
 def told(value: float | None, unit: Unit) -> str:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
+from abs_engine.papers.results import Results, number
 from abs_engine.report.document import MISSED
 
-Results = Mapping[str, Any]
 NOT_MEASURED = "not measured"
 CLEARLY = 0.8
 """Share of the constant twin's error that counts as clearly below it."""
@@ -103,14 +101,6 @@ GOALS = (
     Goal("teleconference.tex_cst.rms_mm", "teleconference, tex_cst, mm", 2.5),
     Goal("teleconference.la_lin.rms_mm", "teleconference, la_lin, mm", 1.3),
 )
-
-
-def number(results: Results, key: str) -> float | None:
-    """A number of nested results by its dotted key, or None."""
-    value: Any = results
-    for part in key.split("."):
-        value = value.get(part) if isinstance(value, Mapping) else None
-    return float(value) if isinstance(value, int | float) else None
 
 
 def goal_rows(results: Results) -> list[tuple[str, str, str, str]]:

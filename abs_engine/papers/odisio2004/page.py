@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from abs_engine.face.talking import MODELS
-from abs_engine.papers.odisio2004.goals import NOT_MEASURED, Results, goal_rows, number
+from abs_engine.papers.odisio2004.goals import NOT_MEASURED, goal_rows
 from abs_engine.papers.odisio2004.sequence import PAPER
 from abs_engine.papers.odisio2004.visemes import ASKED, NEUTRAL, PRINTED
+from abs_engine.papers.results import Results, number
 from abs_engine.report.articulation.tables import PAPER_TOTAL, PAPER_VARIANCE
 from abs_engine.report.document import figures as pictures
 from abs_engine.report.document import results_page, table

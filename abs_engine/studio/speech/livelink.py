@@ -179,6 +179,6 @@ def _seconds(
         line = lines[1 + int(np.flatnonzero(steps <= 0)[0])]
         raise InputFileError(
             f"line {line} of {path} is not later than the line before it",
-            "sort the lines, or give the timecode's rate",
+            "sort the lines",
         )
     return times
