@@ -23,7 +23,7 @@ from abs_engine.fit.shading import NAME as SHADED
 from abs_engine.fit.shading import with_shading
 from abs_engine.io.assets import Speaker
 from abs_engine.io.video import read_frames
-from abs_engine.tracking.blob_visibility import UsualMouth
+from abs_engine.tracking.blob_visibility import ByBlob, MouthEvidence
 from abs_engine.tracking.clip_setting import NO_FACE, NO_POSE, ClipSetting
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.frame_choice import choose_frames
@@ -38,7 +38,6 @@ from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, 
 from abs_engine.tracking.poses_file import read_poses
 from abs_engine.tracking.scale import known_scale, pupil_distance
 from abs_engine.tracking.shifted_motion import ShiftedMotion
-from abs_engine.tracking.visibility import ByBlob
 
 
 def by_blobs(
@@ -65,7 +64,7 @@ def by_blobs(
         leaves.kinds, held,
     )  # fmt: skip
     sight = ByBlob(calibration.classes, model, clip.camera, calibration.person)
-    usual = UsualMouth.of(
+    usual = MouthEvidence.usual(
         [sight.evidence(f.image, shifted(f.pose, shift, model.pivot)) for f in found.frames]
     )
     pupils = pupil_distance(speaker, model.whole(calibration.person))

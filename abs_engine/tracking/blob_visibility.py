@@ -19,6 +19,7 @@ from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import mouth_window
 from abs_engine.fit.settings import HEAD_FIT
 from abs_engine.tracking.blobs import LipPrior, find_lips
+from abs_engine.tracking.frame_state import HeadFrame
 from abs_engine.tracking.settings.blobs import BLOB_START
 
 COVERED, OUTSIDE = "mouth covered", "mouth outside of the picture"
@@ -39,55 +40,63 @@ class MouthEvidence:
     area: float
     posterior: float
 
-
-def mouth_evidence(
-    classes: ColourClasses,
-    model: MouthModel,
-    camera: Camera,
-    image: Image,
-    pose: Pose,
-    person: FloatArray,
-) -> MouthEvidence | None:
-    """The lips' blob where a head's pose puts a person's mouth; None outside of the picture."""
-    centre = camera.project(pose.apply(model.border(person).mean(axis=0)))
-    width, height = camera.size
-    if not (0 <= centre[0] < width and 0 <= centre[1] < height):
-        return None
-    across = mouth_window(model, pose, camera, person).width / HEAD_FIT.window[0]
-    prior = LipPrior(centre, np.full(2, BLOB_START.reach * across), BLOB_START.area * across**2)
-    blob = find_lips(classes, image, prior)
-    return (
-        MouthEvidence(0.0, 0.0)
-        if blob is None
-        else MouthEvidence(blob.area / across**2, blob.posterior)
-    )
-
-
-@dataclass(frozen=True)
-class UsualMouth:
-    """Usual evidence in a clip: the medians over some of its frames.
-
-    Parameters
-    ----------
-    area, posterior : float
-        See `MouthEvidence`.
-    """
-
-    area: float
-    posterior: float
-
     @classmethod
-    def of(cls, seen: Sequence[MouthEvidence | None]) -> UsualMouth | None:
-        """The medians; None where no frame shows lips."""
-        there = [e for e in seen if e is not None and e.area > 0]
-        if not there:
-            return None
-        area, posterior = np.median([(e.area, e.posterior) for e in there], axis=0)
-        return cls(float(area), float(posterior))
+    def usual(cls, seen: Sequence[MouthEvidence | None]) -> MouthEvidence | None:
+        """The medians over some frames of a clip; None where no frame shows lips."""
+        there = [(e.area, e.posterior) for e in seen if e is not None and e.area > 0]
+        return cls(*map(float, np.median(there, axis=0))) if there else None
 
     def covered(self, now: MouthEvidence) -> bool:
-        """Whether lips as in `now` are hidden: too few of their colour, too faint, or too many."""
+        """Whether lips as in `now` are hidden, where this evidence is usual.
+
+        There is too little of their colour, too faint, or too much.
+        """
         return not (
             BLOB_START.least_area * self.area < now.area < BLOB_START.most_area * self.area
             and now.posterior > BLOB_START.least_posterior * self.posterior
         )
+
+
+@dataclass(frozen=True, eq=False)
+class ByBlob:
+    """By the lips' blob where the head's pose puts them.
+
+    Parameters
+    ----------
+    classes : ColourClasses
+    model : MouthModel
+    camera : Camera
+    person : (Q,) float64
+    usual : MouthEvidence, optional
+        What is usual in the clip; without it nothing counts as hidden.
+    """
+
+    classes: ColourClasses
+    model: MouthModel
+    camera: Camera
+    person: FloatArray
+    usual: MouthEvidence | None = None
+
+    def hidden(self, frame: HeadFrame, pose: Pose) -> str:
+        """Reason why the mouth cannot be seen; empty where it can."""
+        if self.usual is None:
+            return ""
+        now = self.evidence(frame.image, pose)
+        if now is None:
+            return OUTSIDE
+        return COVERED if self.usual.covered(now) else ""
+
+    def evidence(self, image: Image, pose: Pose) -> MouthEvidence | None:
+        """The lips' blob where the pose puts the mouth in a frame; None outside of the picture."""
+        centre = self.camera.project(pose.apply(self.model.border(self.person).mean(axis=0)))
+        width, height = self.camera.size
+        if not (0 <= centre[0] < width and 0 <= centre[1] < height):
+            return None
+        window = mouth_window(self.model, pose, self.camera, self.person)
+        across = window.width / HEAD_FIT.window[0]
+        deviation = np.full(2, BLOB_START.reach * across)
+        prior = LipPrior(centre, deviation, BLOB_START.area * across**2)
+        blob = find_lips(self.classes, image, prior)
+        if blob is None:
+            return MouthEvidence(0.0, 0.0)
+        return MouthEvidence(blob.area / across**2, blob.posterior)

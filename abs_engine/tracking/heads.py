@@ -46,6 +46,7 @@ from abs_engine.tracking.landmark_motion import LandmarkMotion
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.lip_landmarks import LipLandmarks
 from abs_engine.tracking.mouth_landmarks import BOTH, MouthLandmarks
+from abs_engine.tracking.mouth_visibility import ByLook
 from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.own_shading import shaded_person
 from abs_engine.tracking.person_fit import FittedPerson, fit_person
@@ -55,7 +56,6 @@ from abs_engine.tracking.run_warnings import no_eyes
 from abs_engine.tracking.scale import Scale, known_scale, pupil_distance, pupil_scale
 from abs_engine.tracking.shifted_motion import ShiftedMotion
 from abs_engine.tracking.turned_faces import faces_any_way_up
-from abs_engine.tracking.visibility import ByLook
 
 
 def prepare_head(

@@ -16,11 +16,15 @@ import numpy as np
 
 from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.camera import Window
+from abs_engine.core.geometry import Pose
 from abs_engine.core.settings import GENERAL
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES
 from abs_engine.face.settings.colour import COLOURS
+from abs_engine.tracking.blob_visibility import COVERED, OUTSIDE
+from abs_engine.tracking.cut_faces import MouthInPicture
+from abs_engine.tracking.frame_state import HeadFrame
 from abs_engine.tracking.landmarks import OUTER_RING, Landmarks
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
@@ -69,6 +73,30 @@ class MouthLook:
         lips = maps[CLASSES.index("lips")][within].mean()
         return cls(float(mouth[within].mean()), float(skin[ring_around].mean()), float(lips))
 
+    @classmethod
+    def usual(cls, looks: Sequence[MouthLook | None]) -> MouthLook | None:
+        """The usual look of a clip: lower quartiles over some frames; None if none shows the mouth.
+
+        Lips that nearly have the skin's colour look like a mouth where they part, less where they
+        meet. Where lower quartiles with less skin around the mouth would count as hidden beside the
+        medians, something hides it in more than a quarter of the frames: the medians are usual.
+        """
+        each = [(look.inside, look.around, look.lips) for look in looks if look is not None]
+        if not each:
+            return None
+        shares = FRAME_LOOP.usual_look, 0.5
+        lower, median = (cls(*map(float, q)) for q in np.quantile(each, shares, axis=0))
+        less_skin = lower.around < FRAME_LOOP.usual_around * median.around
+        return median if less_skin and median.hidden(lower) else lower
+
+    def hidden(self, now: MouthLook) -> bool:
+        """Whether something is before the mouth, where this look is usual."""
+        usual = self.inside * self.around
+        return (
+            now.inside * now.around < FRAME_LOOP.least_like * usual
+            or now.lips < FRAME_LOOP.least_lips * self.lips
+        )
+
 
 def _filled(window: Window, ring: FloatArray, centre: FloatArray, times: float) -> BoolArray:
     """Drawn pixels (H, W) within an outline that is enlarged about its centre."""
@@ -79,35 +107,33 @@ def _filled(window: Window, ring: FloatArray, centre: FloatArray, times: float) 
     return np.asarray(mask > 0)
 
 
-@dataclass(frozen=True)
-class UsualLook:
-    """Usual look of the mouth in a clip: lower quartiles over some frames.
+@dataclass(frozen=True, eq=False)
+class ByLook:
+    """By the colours within and around the lips where landmarks put them, and by their place.
 
-    Lips that nearly have the skin's colour look like a mouth where they part, less where they meet.
-    Where lower quartiles with less skin around the mouth would count as hidden beside the medians,
-    something hides it in more than a quarter of the frames: the medians are usual.
+    Parameters
+    ----------
+    classes : ColourClasses
+    usual : MouthLook or None
+        Without it no mouth counts as covered.
+    place : MouthInPicture, optional
+        Of the person; without it only the landmarks of lips say whether they are in the picture.
     """
 
-    inside: float
-    around: float
-    lips: float
+    classes: ColourClasses
+    usual: MouthLook | None
+    place: MouthInPicture | None = None
 
-    @classmethod
-    def of(cls, looks: Sequence[MouthLook | None]) -> UsualLook | None:
-        """The quartiles or medians; None where no frame shows the mouth."""
-        there = [look for look in looks if look is not None]
-        if not there:
-            return None
-        each = [(look.inside, look.around, look.lips) for look in there]
-        low, middle = np.quantile(each, (FRAME_LOOP.usual_look, 0.5), axis=0)
-        lower, median = MouthLook(*map(float, low)), cls(*map(float, middle))
-        less_skin = lower.around < FRAME_LOOP.usual_around * median.around
-        return median if less_skin and median.hidden(lower) else cls(*map(float, low))
-
-    def hidden(self, now: MouthLook) -> bool:
-        """Whether something is before the mouth."""
-        usual = self.inside * self.around
-        return (
-            now.inside * now.around < FRAME_LOOP.least_like * usual
-            or now.lips < FRAME_LOOP.least_lips * self.lips
-        )
+    def hidden(self, frame: HeadFrame, pose: Pose) -> str:
+        """Reason why the mouth cannot be seen; empty where it can."""
+        if frame.face is None:  # its pose is given
+            return "" if self.place is None or self.place.shown(pose) else OUTSIDE
+        seen, fit = frame.face.landmarks, frame.face.fit
+        if self.place is not None and not self.place.whole(seen, fit):
+            return OUTSIDE
+        if self.usual is None or frame.grey:
+            return ""
+        look = MouthLook.of(self.classes, frame.in_usual_light, seen)
+        if look is None:
+            return OUTSIDE
+        return COVERED if self.usual.hidden(look) else ""

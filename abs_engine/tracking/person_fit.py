@@ -24,7 +24,7 @@ from abs_engine.tracking.landmark_calibration import PlacedHead, calibrate_place
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.light import SkinLight
-from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
+from abs_engine.tracking.mouth_visibility import MouthLook
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION
 
@@ -49,7 +49,7 @@ class FittedPerson:
     classes : ColourClasses
     light : SkinLight
         In which the colours were learned.
-    look : UsualLook or None
+    look : MouthLook or None
         Of the mouth.
     posture : ParamSpec or None
         Names and bounds of the model's expression; by default those of anybody's modes.
@@ -68,7 +68,7 @@ class FittedPerson:
     deviation: FloatArray
     classes: ColourClasses
     light: SkinLight
-    look: UsualLook | None
+    look: MouthLook | None
     posture: ParamSpec | None = None
     steps: FloatArray | None = None
     seen: FloatArray | None = None
@@ -184,7 +184,7 @@ def _fitted(
         image, marks = one
         return MouthLook.of(found.classes, light.balanced(image, marks), marks)
 
-    look = UsualLook.of(in_threads(looked, coloured))
+    look = MouthLook.usual(in_threads(looked, coloured))
     return FittedPerson(
         model, found.person, replace(head.textured, shift=found.shift), shape,
         head.shape.deviation, found.classes, light, look, grey_below=below,

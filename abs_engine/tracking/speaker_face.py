@@ -39,7 +39,7 @@ from abs_engine.tracking.landmark_noise import LAYOUT as NOISE
 from abs_engine.tracking.landmark_noise import LandmarkNoise
 from abs_engine.tracking.landmarks import COUNT
 from abs_engine.tracking.light import SkinLight
-from abs_engine.tracking.mouth_visibility import UsualLook
+from abs_engine.tracking.mouth_visibility import MouthLook
 from abs_engine.tracking.person_fit import FittedPerson
 from abs_engine.tracking.scale import Scale, pupil_distance
 from abs_engine.tracking.settings.frames import FRAME_LOOP
@@ -114,7 +114,7 @@ class SpeakerFace:
         Of the views.
     classes : ColourClasses
     light : SkinLight
-    look : UsualLook or None
+    look : MouthLook or None
     appearance : Appearance or None
         Texture and local appearance by this person's postures, where they were learned.
     """
@@ -134,7 +134,7 @@ class SpeakerFace:
     camera: Camera
     classes: ColourClasses
     light: SkinLight
-    look: UsualLook | None
+    look: MouthLook | None
     appearance: Appearance | None = None
 
     @classmethod
@@ -288,7 +288,7 @@ def _of_arrays(data: Mapping[str, Any], speaker: Speaker) -> SpeakerFace:
         str(data["scale_source"]), float(data["scale_pupils"]), float(data["scale_uncertainty"])
     )
     own = {key.removeprefix("colours_"): v for key, v in data.items() if key.startswith("colours_")}
-    look = UsualLook(*map(float, data["look"])) if len(data["look"]) else None
+    look = MouthLook(*map(float, data["look"])) if len(data["look"]) else None
     first = np.full(len(names), GENERAL.mode_step)
     spec = ParamSpec(names, ("sd",) * len(names), first, data["lower"], data["upper"])
     return SpeakerFace(

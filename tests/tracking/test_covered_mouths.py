@@ -14,20 +14,18 @@ from abs_engine.core.camera import Camera
 from abs_engine.tracking.blob_visibility import (
     COVERED,
     OUTSIDE,
+    ByBlob,
     MouthEvidence,
-    UsualMouth,
-    mouth_evidence,
 )
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.shifted_motion import ShiftedMotion
-from abs_engine.tracking.visibility import ByBlob
 
 CAMERA = Camera.ideal((320, 240))
 POSE = seen_at([0, 0, 0], [0, 10, 650])
 NOBODY = np.zeros(0)
-USUAL = UsualMouth(0.3, 0.8)
+USUAL = MouthEvidence(0.3, 0.8)
 
 
 @pytest.mark.parametrize(
@@ -48,8 +46,8 @@ def test_lips_unlike_the_clips_others_are_covered(area, posterior, covered):
 
 def test_what_is_usual_is_the_median_of_the_frames_that_show_lips():
     seen = [MouthEvidence(0.3, 0.8), None, MouthEvidence(0.0, 0.0), MouthEvidence(0.2, 0.7)]
-    assert UsualMouth.of([*seen, MouthEvidence(0.25, 0.9)]) == UsualMouth(0.25, 0.8)
-    assert UsualMouth.of([None, MouthEvidence(0.0, 0.0)]) is None
+    assert MouthEvidence.usual([*seen, MouthEvidence(0.25, 0.9)]) == MouthEvidence(0.25, 0.8)
+    assert MouthEvidence.usual([None, MouthEvidence(0.0, 0.0)]) is None
 
 
 @pytest.fixture(scope="module", params=["clara", "kofi", "mei", "ravi"])
@@ -68,17 +66,18 @@ def hidden_by(picture: np.ndarray, colour: tuple[int, int, int]) -> np.ndarray:
 
 def test_a_hand_or_a_microphone_before_the_mouth(seen):
     model, classes, picture = seen
-    plain = mouth_evidence(classes, model, CAMERA, picture, POSE, NOBODY)
-    usual = UsualMouth.of([plain])
+    sight = ByBlob(classes, model, CAMERA, NOBODY)
+    plain = sight.evidence(picture, POSE)
+    usual = MouthEvidence.usual([plain])
     assert usual is not None
     cheek = tuple(int(v) for v in picture[140, 190])
     for colour in (cheek, (30, 30, 34), (200, 200, 205)):
-        now = mouth_evidence(classes, model, CAMERA, hidden_by(picture, colour), POSE, NOBODY)
+        now = sight.evidence(hidden_by(picture, colour), POSE)
         assert now is not None
         assert usual.covered(now), colour
     moved = seen_at([0, 0.2, 0], [8, 12, 640])
     turned = picture_of(model.head, moved, CAMERA)
-    now = mouth_evidence(classes, model, CAMERA, turned, moved, NOBODY)
+    now = sight.evidence(turned, moved)
     assert now is not None
     assert not usual.covered(now)
 
@@ -86,7 +85,7 @@ def test_a_hand_or_a_microphone_before_the_mouth(seen):
 def test_a_mouth_outside_of_the_picture_has_no_evidence(seen):
     model, classes, picture = seen
     away = seen_at([0, 0, 0], [400, 10, 650])
-    assert mouth_evidence(classes, model, CAMERA, picture, away, NOBODY) is None
+    assert ByBlob(classes, model, CAMERA, NOBODY).evidence(picture, away) is None
 
 
 def test_a_covered_frame_holds_nothing_but_the_heads_pose(monkeypatch):

@@ -18,7 +18,7 @@ from abs_engine.tracking.cut_faces import MouthInPicture, shows_eyes, trust_at_b
 from abs_engine.tracking.frame_state import HeadFrame, SeenFace
 from abs_engine.tracking.landmark_fit import fit_frame
 from abs_engine.tracking.landmarks import EYES, OUTER_RING, Landmarks
-from abs_engine.tracking.visibility import ByLook
+from abs_engine.tracking.mouth_visibility import ByLook
 
 MODES = len(average_shape().modes)
 WIDTH, HEIGHT = CAMERA.size

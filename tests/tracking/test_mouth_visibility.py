@@ -18,9 +18,8 @@ from abs_engine.tracking.blob_visibility import COVERED
 from abs_engine.tracking.frame_state import HeadFrame, SeenFace
 from abs_engine.tracking.landmarks import INNER_RING, OUTER_RING, Landmarks
 from abs_engine.tracking.light import SkinLight
-from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
+from abs_engine.tracking.mouth_visibility import ByLook, MouthLook
 from abs_engine.tracking.person_fit import FittedPerson
-from abs_engine.tracking.visibility import ByLook
 
 PERSON = "clara"
 POSTURES = ({}, {"jawOpen": 0.15}, {"jawOpen": 0.35}, {"mouthPucker": 0.6, "jawOpen": 0.1})
@@ -70,7 +69,7 @@ def look(image, seen):
 
 @cache
 def usual():
-    return UsualLook.of([look(image, seen) for image, seen in clip()])
+    return MouthLook.usual([look(image, seen) for image, seen in clip()])
 
 
 def test_a_mouth_that_talks_is_seen_in_every_posture():
@@ -142,10 +141,10 @@ def test_a_mouth_without_lips_is_hidden():
 
 def test_what_is_usual_is_the_lower_quartile():
     looks = [MouthLook(0.2, 0.9, 0.4), None, MouthLook(0.6, 0.7, 0.1), MouthLook(0.5, 0.6, 0.3)]
-    found = UsualLook.of(looks)
+    found = MouthLook.usual(looks)
     assert (found.inside, found.around, found.lips) == pytest.approx((0.35, 0.65, 0.2))
-    assert UsualLook.of([None, None]) is None
-    assert UsualLook.of([]) is None
+    assert MouthLook.usual([None, None]) is None
+    assert MouthLook.usual([]) is None
     assert not found.hidden(MouthLook(0.20, 0.65, 0.05))
     assert found.hidden(MouthLook(0.18, 0.65, 0.05))
     assert found.hidden(MouthLook(0.35, 0.34, 0.05))
@@ -155,7 +154,7 @@ def test_what_is_usual_is_the_lower_quartile():
 @pytest.mark.parametrize("many", [1, 3, 4])
 def test_what_hides_the_mouth_in_almost_half_of_the_frames_is_not_usual(many):
     hand, mouth = MouthLook(0.42, 0.56, 0.41), MouthLook(0.94, 0.73, 0.69)
-    found = UsualLook.of([hand] * many + [mouth] * (9 - many))
+    found = MouthLook.usual([hand] * many + [mouth] * (9 - many))
     assert (found.inside, found.around, found.lips) == pytest.approx((0.94, 0.73, 0.69))
     assert found.hidden(hand)
     assert not found.hidden(mouth)
@@ -163,7 +162,7 @@ def test_what_hides_the_mouth_in_almost_half_of_the_frames_is_not_usual(many):
 
 def test_a_hand_nearly_as_red_as_lips_hides_them():
     """It looks a little too much like skin within, and a little too much like lips around."""
-    found = UsualLook(0.91, 0.93, 0.7)
+    found = MouthLook(0.91, 0.93, 0.7)
     assert found.hidden(MouthLook(0.62, 0.60, 0.6))
     assert not found.hidden(MouthLook(0.62, 0.93, 0.6))
     assert not found.hidden(MouthLook(0.91, 0.60, 0.6))
@@ -172,8 +171,8 @@ def test_a_hand_nearly_as_red_as_lips_hides_them():
 def test_lips_of_the_skins_colour_are_not_covered_where_they_meet():
     """Without colour they look like a mouth where they part, less where they meet."""
     parted, closed = MouthLook(0.62, 0.93, 0.35), MouthLook(0.26, 0.95, 0.17)
-    assert not UsualLook.of([parted] * 5 + [closed] * 3).hidden(closed)
-    assert UsualLook.of([parted] * 8).hidden(closed)
+    assert not MouthLook.usual([parted] * 5 + [closed] * 3).hidden(closed)
+    assert MouthLook.usual([parted] * 8).hidden(closed)
 
 
 def test_frames_with_a_hidden_mouth_are_not_learned_from(monkeypatch):
@@ -183,7 +182,7 @@ def test_frames_with_a_hidden_mouth_are_not_learned_from(monkeypatch):
 
     def fitted(_average, chosen, turned, *_more):
         asked.append((chosen, turned))
-        usual = UsualLook.of([look(*frame) for frame in clip()])
+        usual = MouthLook.usual([look(*frame) for frame in clip()])
         nothing = [None] * 5
         return FittedPerson(*nothing, colours(), SkinLight.of(clip()), usual)
 
