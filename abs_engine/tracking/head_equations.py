@@ -16,8 +16,8 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import pose_moves
 from abs_engine.tracking.landmark_jacobian import weighed_motion
 from abs_engine.tracking.landmark_noise import LandmarkNoise
-from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape, in_view
+from abs_engine.tracking.landmarks import SeenRays
 from abs_engine.tracking.settings.head import HEAD_POSE
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 

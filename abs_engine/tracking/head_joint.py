@@ -20,7 +20,7 @@ from abs_engine.tracking.head_outline import Outline, outline, outline_equations
 from abs_engine.tracking.head_problem import HeadFrameSeen, HeadProblem, JointHead, views_of
 from abs_engine.tracking.head_texture import HeadView, Matches, match
 from abs_engine.tracking.landmark_fit import looking_ahead, turned
-from abs_engine.tracking.landmark_rays import SeenRays
+from abs_engine.tracking.landmarks import SeenRays
 from abs_engine.tracking.match_equations import linearised
 from abs_engine.tracking.settings.head import HEAD_POSE
 

@@ -20,9 +20,8 @@ from abs_engine.tracking.head_equations import Equations, HeadGuess, landmark_eq
 from abs_engine.tracking.head_texture import Gray, HeadBody, HeadView, Matches, gray_of, match
 from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame, sound_fit, turned
 from abs_engine.tracking.landmark_noise import LandmarkNoise
-from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape
-from abs_engine.tracking.landmarks import Landmarks
+from abs_engine.tracking.landmarks import Landmarks, SeenRays
 from abs_engine.tracking.match_equations import linearised_at
 from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.settings.head import HEAD_POSE

@@ -25,8 +25,7 @@ from abs_engine.io.assets import Speaker
 from abs_engine.io.npz import read_npz
 from abs_engine.tracking.landmark_noise import LAYOUT as NOISE
 from abs_engine.tracking.landmark_noise import LandmarkNoise, learn_noise, seen_off
-from abs_engine.tracking.landmark_rays import SeenRays
-from abs_engine.tracking.landmarks import COUNT, INNER_PAIRS, INNER_RING, Landmarks
+from abs_engine.tracking.landmarks import COUNT, INNER_PAIRS, INNER_RING, Landmarks, SeenRays
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 FILE = "landmarks.npz"

@@ -19,9 +19,16 @@ from abs_engine.core.pose import at_base
 from abs_engine.core.settings import GENERAL
 from abs_engine.core.threads import one_thread
 from abs_engine.tracking.landmark_jacobian import weighed_residuals
-from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape
-from abs_engine.tracking.landmarks import COUNT, EYES, INNER_RING, LIPS, OUTER_RING, Landmarks
+from abs_engine.tracking.landmarks import (
+    COUNT,
+    EYES,
+    INNER_RING,
+    LIPS,
+    OUTER_RING,
+    Landmarks,
+    SeenRays,
+)
 from abs_engine.tracking.lip_openings import LipOpenings
 from abs_engine.tracking.settings.head import HEAD_POSE
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE

@@ -104,7 +104,7 @@ def weighed_residuals(
         Head to camera.
     pivot : (3,), camera frame
     rays, sunk, axes, trusted, bias : (N, 2), (N,), (2, 2), (N,), (N, 2)
-        What is seen; see `landmark_rays` and `LandmarkShape`.
+        What is seen; see `SeenRays` and `LandmarkShape`.
     deviation : (N, 3)
     together, stray : (N,)
         How many count as one, and the deviations from where on one counts less.

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.io.arrays import Layout, real
-from abs_engine.tracking.landmark_rays import SeenRays
-from abs_engine.tracking.landmarks import COUNT
+from abs_engine.tracking.landmarks import COUNT, SeenRays
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 LAYOUT: Layout = {

@@ -13,8 +13,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.landmark_correspondence import Correspondence
-from abs_engine.tracking.landmark_rays import SeenRays
-from abs_engine.tracking.landmarks import INNER_RING, Landmarks
+from abs_engine.tracking.landmarks import INNER_RING, Landmarks, SeenRays
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.camera import Camera
 from abs_engine.core.settings import GENERAL
 from abs_engine.core.threads import in_threads
 from abs_engine.io.assets import shipped
@@ -92,6 +93,40 @@ class Landmarks:
         left, _, right = np.linalg.svd(theirs.T @ mine)
         left[:, 2] *= np.sign(np.linalg.det(left @ right))
         return np.asarray(cv2.Rodrigues(left @ right)[0][:, 0], np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class SeenRays:
+    """Landmarks as rays of a camera.
+
+    Parameters
+    ----------
+    rays : (468, 2) float64
+        At depth 1.
+    depth : (468,) float64
+        Over the focal length.
+    axes : (2, 2) float64
+        Of the face, see `Landmarks.axes`.
+    trust : (468,) float64
+        Weight of each, 0 to 1.
+    pixel : float
+        Width of a pixel at depth 1.
+    """
+
+    rays: FloatArray
+    depth: FloatArray
+    axes: FloatArray
+    trust: FloatArray
+    pixel: float
+
+    @classmethod
+    def of(cls, landmarks: Landmarks, camera: Camera, trust: FloatArray | None = None) -> SeenRays:
+        """The rays of landmarks in a camera's picture; by default all are trusted."""
+        pixel = 1.0 / float(camera.matrix[0, 0])
+        depth = landmarks.points[:, 2] * pixel
+        weights = np.ones(len(depth)) if trust is None else trust
+        rays = camera.undistort(landmarks.pixels)
+        return cls(rays, depth, np.stack(landmarks.axes), weights, pixel)
 
 
 def landmarks_of(image: Image, face: Face, both: bool = True) -> Landmarks | None:

@@ -15,9 +15,8 @@ import numpy as np
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.head_equations import Equations
-from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape, in_view
-from abs_engine.tracking.landmarks import INNER_PAIRS, OUTER_PAIRS
+from abs_engine.tracking.landmarks import INNER_PAIRS, OUTER_PAIRS, SeenRays
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 _PLACES = INNER_PAIRS.shape[1]

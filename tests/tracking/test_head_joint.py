@@ -32,7 +32,7 @@ from abs_engine.tracking.head_pose import placed_fit
 from abs_engine.tracking.head_problem import HeadProblem, JointHead
 from abs_engine.tracking.head_texture import HeadBody, HeadView, gray_of, match
 from abs_engine.tracking.landmark_fit import turned
-from abs_engine.tracking.landmark_rays import SeenRays
+from abs_engine.tracking.landmarks import SeenRays
 from abs_engine.tracking.match_equations import linearised
 from abs_engine.tracking.scale import (
     known_scale,

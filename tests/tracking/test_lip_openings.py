@@ -12,8 +12,7 @@ from heads import seen_at
 
 from abs_engine.tracking import lip_openings
 from abs_engine.tracking.landmark_fit import fit_frame
-from abs_engine.tracking.landmark_rays import SeenRays
-from abs_engine.tracking.landmarks import COUNT, INNER_PAIRS, INNER_RING, OUTER_RING
+from abs_engine.tracking.landmarks import COUNT, INNER_PAIRS, INNER_RING, OUTER_RING, SeenRays
 from abs_engine.tracking.lip_openings import LipOpenings
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
