@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.forces import Rule as Integral
@@ -17,13 +18,13 @@ from abs_engine.core.blocks import Blocks
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import POSE_NAMES, PoseFrame, free_blocks, joined, mode_block, pose_and
-from abs_engine.core.scene import ClassMaps, Renderer, Scene
+from abs_engine.core.scene import Candidates, ClassMaps, Renderer, Scene
 from abs_engine.core.settings import GENERAL
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES
 from abs_engine.face.appearance.hamming import hamming
-from abs_engine.face.shape.lip_model import COLOUR_OF, LipModel
+from abs_engine.face.shape.lip_model import COLOUR_OF, LIPS, LipModel
 from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import COLOUR, zone
@@ -166,3 +167,47 @@ def _planes(probable: FloatArray) -> FloatArray:
     shown = {"skin": of["skin"], "lips": lips, "interior": of["teeth"] + of["dark"]}
     skin = of["skin"]
     return np.stack([np.zeros_like(skin) if c is None else shown[c] for c in COLOUR_OF])
+
+
+def centred(
+    setting: ShellSetting,
+    pose: Pose,
+    centre: NDArray[np.floating],
+    weights: FloatArray,
+    rounds: int = SHELL_FIT.placed,
+) -> Pose:
+    """The pose shifted across the line of sight so that the lips' centroid is seen at `centre`.
+
+    Section 5.3: the centroid of the visible area of the lips, as drawn, is brought to that of the
+    blob. Depth and rotation stay.
+
+    Parameters
+    ----------
+    setting : ShellSetting
+    pose : Pose
+    centre : (2,), px
+        Of the blob.
+    weights : (P,) float64
+        The shape.
+    rounds : int
+        Times that it is drawn.
+    """
+    focal = np.array([setting.camera.matrix[0, 0], setting.camera.matrix[1, 1]])
+    for _ in range(rounds):
+        middle = pose.apply(setting.border).mean(axis=0)
+        seen = _lip_centroid(setting, pose, weights)
+        seen = setting.camera.project(middle) if seen is None else seen
+        shift = (np.asarray(centre, np.float64) - seen) / focal * middle[2]
+        pose = replace(pose, translation=pose.translation + np.r_[shift, 0.0])
+    return pose
+
+
+def _lip_centroid(setting: ShellSetting, pose: Pose, weights: FloatArray) -> FloatArray | None:
+    """Centroid (2,), px, of the drawn lips; None if none are."""
+    window = shell_window(setting, pose)
+    candidate = Candidates.one(weights, pose)
+    drawn = setting.renderer.draw(setting.scene, candidate, setting.camera, window)[0]
+    rows, columns = np.nonzero(drawn.class_id == LIPS)
+    if len(rows) == 0:
+        return None
+    return window.to_image(np.array([columns.mean(), rows.mean()]))

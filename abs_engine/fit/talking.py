@@ -20,7 +20,6 @@ from abs_engine.core.objective import Evaluation, Objective
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, free_blocks
 from abs_engine.core.scene import Renderer, Scene
-from abs_engine.face.articulated import FaceShape
 from abs_engine.face.talking import MODELS, TEXTURES, TalkingFace
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import TALKING_FIT
@@ -49,11 +48,6 @@ def usual_tolerance(problem: Problem) -> float:
 def explained_share(problem: Problem, value: Evaluation) -> float:
     """Share, 0 to 1, of what a wrong match costs that a value leaves out."""
     return max(0.0, 1.0 - value.value / problem.unit)
-
-
-def face_window(shape: FaceShape, alpha: FloatArray, pose: Pose, camera: Camera) -> Window:
-    """The part of the picture where S is at a posture and pose, and some pixels around it."""
-    return surface_window(shape.surface, alpha, pose, camera)
 
 
 def surface_window(
@@ -118,7 +112,7 @@ def talking_problem(
     pose_known : bool
         Seek the articulatory parameters only.
     window : Window, optional
-        Part of the picture that is compared; by default `face_window` at the start.
+        Part of the picture that is compared; by default `surface_window` at the start.
     whiten : bool
         Whether textures, too, are compared beyond epsilon as printed (see `texture_error`), which
         is several times the work; local appearance, where it costs little, is unless `printed`.
@@ -136,19 +130,20 @@ def talking_problem(
     if name not in MODELS:
         raise ParameterError(f"there is no model '{name}'", f"choose one of {', '.join(MODELS)}")
     frame = PoseFrame(pose, shape.pivot)
-    seen = face_window(shape, alpha, pose, camera) if window is None else window
+    if window is None:
+        window = surface_window(shape.surface, alpha, pose, camera)
     weaker = replace(shape.penalty, strength=TALKING_FIT.whitened * shape.penalty.strength)
     error: TextureError | LocalError
     if name in TEXTURES:
         start = frame.candidates(shape.blocks.vector({POSTURE: alpha})[None])
         error = texture_error(
-            face.texture(name), shape.surface, picture, camera, seen, start, renderer,
+            face.texture(name), shape.surface, picture, camera, window, start, renderer,
             face.dressed[name], whiten=whiten,
         )  # fmt: skip
         kind, penalty = TEXTURE, weaker if whiten else shape.penalty
     else:
         error = local_error(
-            face.local(name), shape.outer, picture, camera, replace(seen, scale=face.la_scale),
+            face.local(name), shape.outer, picture, camera, replace(window, scale=face.la_scale),
             renderer, whiten="no" if printed else "all",
         )  # fmt: skip
         kind, penalty = LOCAL, shape.penalty if printed else weaker

@@ -17,10 +17,9 @@ from abs_engine.core.pose import PoseFrame, at_base, joined, parted
 from abs_engine.core.scene import Candidates
 from abs_engine.face.base import Face
 from abs_engine.face.shape.lip_model import LIPS
-from abs_engine.fit.centroid import centred
 from abs_engine.fit.head_frame import COLOUR
 from abs_engine.fit.problem import Problem
-from abs_engine.fit.shell import ShellSetting, problem_of, shell_window
+from abs_engine.fit.shell import ShellSetting, centred, problem_of, shell_window
 from abs_engine.fit.terms import TermKind, bound
 from abs_engine.fit.view import View
 from abs_engine.tracking.blob_visibility import OUTSIDE

@@ -28,12 +28,18 @@ from abs_engine.face.shape.lip_model import (
     lip_model,
 )
 from abs_engine.face.shape.lip_shell import COLUMNS
-from abs_engine.fit.centroid import centred
 from abs_engine.fit.head_frame import COLOUR, zone
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import mean_of
 from abs_engine.fit.settings import HEAD_FIT, SHELL_FIT
-from abs_engine.fit.shell import POSE_FREE, ShellSetting, mouth_across, shell_problem, shell_window
+from abs_engine.fit.shell import (
+    POSE_FREE,
+    ShellSetting,
+    centred,
+    mouth_across,
+    shell_problem,
+    shell_window,
+)
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn.training import train
 from abs_engine.optimise.base import Solution
@@ -224,7 +230,7 @@ def test_a_known_pose_is_no_parameter():
 @pytest.mark.parametrize("at", [(150.0, 110.0), (171.5, 133.25)])
 def test_lips_are_centred_where_they_were_seen(at):
     pose = seen_at([0.1, -0.3, 0.05], [12, -7, 520])
-    moved = centred(setting(), pose, np.array(at))
+    moved = centred(setting(), pose, np.array(at), np.zeros(setting().model.n_modes))
     window = shell_window(setting(), moved)
     mean = Candidates.one(np.zeros(setting().model.n_modes), moved)
     drawn = CpuRenderer().draw(setting().scene, mean, CAMERA, window)[0]
