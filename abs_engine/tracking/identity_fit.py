@@ -12,6 +12,7 @@ from abs_engine.compare.prior import GaussianPrior, Prior
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import IDENTITY, POSE, Blocks
 from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import PoseFrame, at_base, no_correction, pose_and
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
@@ -116,7 +117,8 @@ def calibrate(
         bases = [PoseFrame(pose, model.pivot) for pose in replace(stand, shift=shift).poses]
         fits = zip(terms, bases, vectors, strict=True)
         vectors = np.stack([fit_posture(model, t, b, person, v).x for t, b, v in fits])
-        joint = person_problem(model, frames, [{COLOUR: t} for t in terms], vectors, deviation)
+        poses = [frame.pose for frame in frames]
+        joint = person_problem(model, poses, [{COLOUR: t} for t in terms], vectors, deviation)
         start = joint.blocks.vector({POSE: shift, IDENTITY: person})
         solver = Simplex(PREPARATION.joint_tolerance, PREPARATION.joint_limit)
         found = solver.minimise(joint, start, joint.spec).x
@@ -182,7 +184,7 @@ def fit_posture(
 
 def person_problem(
     model: MouthModel,
-    frames: Sequence[CalibrationFrame],
+    poses: Sequence[Pose],
     terms: Sequence[Mapping[str, Term]],
     vectors: FloatArray,
     deviation: FloatArray,
@@ -193,7 +195,7 @@ def person_problem(
     Parameters
     ----------
     model : MouthModel
-    frames : sequence of CalibrationFrame, K
+    poses : sequence of Pose, K
     terms : sequence of mapping of str to Term
         The evidence of each frame, over the model's scene.
     vectors : (K, 6 + P) float64
@@ -206,8 +208,8 @@ def person_problem(
     blocks = shared_blocks(deviation, model.person_deviation)
     own = Blocks({**pose_and(model.posture).specs, IDENTITY: blocks.specs[IDENTITY]})
     problems = [
-        Problem(PoseFrame(frame.pose, model.pivot), own, seen, free=tuple(own.specs))
-        for frame, seen in zip(frames, terms, strict=True)
+        Problem(PoseFrame(pose, model.pivot), own, seen, free=tuple(own.specs))
+        for pose, seen in zip(poses, terms, strict=True)
     ]
     held = np.hstack([vectors, np.zeros((len(vectors), model.n_person))])
     prior = GaussianPrior(np.zeros(len(blocks)), np.r_[deviation, model.person_deviation])

@@ -250,8 +250,8 @@ def _round(
     seen = [LipOutline(head.lips, f.face.landmarks, share) for f in placed]
     both = zip(terms, seen, strict=True)
     evidence: list[dict[str, Term]] = [{COLOUR: c, "landmarks": o} for c, o in both]
-    frames, threads = [f.calibration for f in placed], workers(head.renderer)
-    joint = person_problem(model, frames, evidence, vectors, deviation, threads)
+    poses, threads = [f.pose for f in placed], workers(head.renderer)
+    joint = person_problem(model, poses, evidence, vectors, deviation, threads)
     start = joint.blocks.vector({IDENTITY: person})
     solver = Newton(limit=LANDMARK_EVIDENCE.person_limit, polished=0)
     found = solver.minimise(joint, start, joint.spec).x

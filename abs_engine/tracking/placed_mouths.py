@@ -25,7 +25,7 @@ from abs_engine.optimise.newton import Newton
 from abs_engine.tracking.frame_state import SeenFace
 from abs_engine.tracking.identity_fit import fit_posture
 from abs_engine.tracking.mouth_place import mouth_place
-from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
+from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.settings.preparation import PREPARATION
 
 _FIRST = Newton(limit=PREPARATION.posture_limit, polished=0)
@@ -53,11 +53,6 @@ class PlacedFrame:
     def pose(self) -> Pose:
         """The head's pose by the landmarks."""
         return self.face.fit.pose
-
-    @property
-    def calibration(self) -> CalibrationFrame:
-        """The frame and its pose."""
-        return CalibrationFrame(self.image, self.pose)
 
     def start(self, modes: int) -> FloatArray:
         """Pose (6) and posture by the landmarks, (6 + P,)."""

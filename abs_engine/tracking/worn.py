@@ -160,15 +160,15 @@ def fitted_clip(
     texture = speaker.texture(next(iter(speaker.people)))
     whole = build_mouth_model(sized, sized.vertices, texture)
     model, regions = sided(whole)
-    found = WornHead(model, regions, clip.camera, renderer).fitted(images, opening)
-    face = replace(held_head(model, found.person), regions=regions)
-    face = face.looking(**{NAME: found.opening})
+    head = WornHead(model, regions, clip.camera, renderer)
+    pose, person, opening = head.fitted(images, opening)
+    face = replace(held_head(model, person), regions=regions).looking(**{NAME: opening})
     marks = MouthLandmarks(model.n_expression)
     binder = HeadBinder(
         model, face, clip.camera, renderer, clip.info.rate, marks, leaves.kinds
     )  # fmt: skip
     setting = ClipSetting(
-        face, clip.camera, renderer, clip.info.rate, StillMotion(found.pose), binder,
+        face, clip.camera, renderer, clip.info.rate, StillMotion(pose), binder,
         leaves.driver.minimiser(), times=clip.info.times,
     )  # fmt: skip
     return ClipTracker(clip.video, clip.info, setting, scale, facts={"start": "worn"})

@@ -21,29 +21,8 @@ from abs_engine.fit.opening import NAME, Opening
 from abs_engine.optimise.newton import Newton
 from abs_engine.tracking.identity_fit import TOLD_DEVIATION, fit_posture, person_problem
 from abs_engine.tracking.initial_pose import with_mouth_at
-from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
+from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.settings.worn import CLOSE_UP
-
-
-@dataclass(frozen=True, eq=False)
-class WornFit:
-    """Values held for a clip.
-
-    Parameters
-    ----------
-    pose : Pose
-        Of the head, which is still in the picture.
-    person : (Q,) float64
-        Weights of the person modes.
-    opening : Opening
-    vectors : (K, 6 + P) float64
-        Pose corrections and postures of the frames that it was fitted to.
-    """
-
-    pose: Pose
-    person: FloatArray
-    opening: Opening
-    vectors: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +44,18 @@ class WornHead:
     camera: Camera
     renderer: Renderer
 
-    def fitted(self, images: Sequence[Image], opening: Opening) -> WornFit:
-        """Fit pose, person and postures by turns to some frames of a clip."""
+    def fitted(self, images: Sequence[Image], opening: Opening) -> tuple[Pose, FloatArray, Opening]:
+        """Fit pose, person and postures by turns to some frames of a clip.
+
+        Returns
+        -------
+        Pose
+            Of the head, which is still in the picture.
+        (Q,) float64
+            Weights of the person modes.
+        Opening
+            The mouth where it was found.
+        """
         model = self.model
         pose = self._ahead(opening.spot)
         person = np.zeros(model.n_person)
@@ -80,8 +69,8 @@ class WornHead:
             base = PoseFrame(pose, model.pivot)
             pairs = zip(terms, vectors, strict=True)
             vectors = np.stack([fit_posture(model, t, base, person, v).x for t, v in pairs])
-            pose, person = self._shared(images, terms, pose, person, vectors)
-        return WornFit(pose, person, opening, vectors)
+            pose, person = self._shared(terms, pose, person, vectors)
+        return pose, person, opening
 
     def _ahead(self, spot: MouthSpot) -> Pose:
         """The head facing the camera, its mouth at a spot."""
@@ -109,7 +98,6 @@ class WornHead:
 
     def _shared(
         self,
-        images: Sequence[Image],
         terms: Sequence[FacetLikelihood],
         pose: Pose,
         person: FloatArray,
@@ -118,8 +106,8 @@ class WornHead:
         """One pose and one person for all frames, their postures held."""
         model = self.model
         deviation = TOLD_DEVIATION * np.r_[np.ones(5), pose.translation[2]]
-        frames = [CalibrationFrame(image, pose) for image in images]
-        joint = person_problem(model, frames, [{NAME: t} for t in terms], vectors, deviation)
+        poses, each = [pose] * len(terms), [{NAME: t} for t in terms]
+        joint = person_problem(model, poses, each, vectors, deviation)
         start = joint.blocks.vector({POSE: no_correction(), IDENTITY: person})
         found = Newton(limit=CLOSE_UP.joint_limit).minimise(joint, start, joint.spec).x
         shift = joint.blocks.part(found, POSE)
