@@ -28,23 +28,24 @@ class GivenMotion:
         """Source of the poses, one after the other."""
         return GivenFollower(self.given)
 
-    def seen(self, camera: Camera, point: FloatArray) -> GivenMotion:
+    def in_picture(self, camera: Camera, point: FloatArray, video: Path) -> GivenMotion:
         """Only the poses that put a point (3,), mm, head frame, before the camera in its picture.
 
         Frames are learned from whose mouth can be there.
-        """
-        return GivenMotion(tuple(p if _inside(p, camera, point) else None for p in self.given))
 
-    def in_picture(self, camera: Camera, point: FloatArray, video: Path) -> GivenMotion:
-        """The same; `FaceNotFoundError` if none of them does."""
-        seen = self.seen(camera, point)
-        if all(pose is None for pose in seen.given):
+        Raises
+        ------
+        FaceNotFoundError
+            If no pose does.
+        """
+        seen = tuple(p if _inside(p, camera, point) else None for p in self.given)
+        if all(pose is None for pose in seen):
             raise FaceNotFoundError(
                 f"by the given poses the mouth is in the picture in no frame of {video}",
                 "check that they are of this video, and give the camera's calibration with "
                 "--camera",
             )
-        return seen
+        return GivenMotion(seen)
 
 
 class GivenFollower:
