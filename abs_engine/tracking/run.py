@@ -69,7 +69,7 @@ def prepare(
     PluginError
         If what is chosen cannot be imported, or a plugin's model fails.
     """
-    tell = stage or _silent
+    tell = stage or silent
     tell("reading the video")
     return prepare_clip(clip_of(video, probe(video), options), renderer, options, tell)
 
@@ -108,7 +108,7 @@ def _file_facts(file: Path | None) -> dict[str, str | None]:
     }
 
 
-def _silent(_stage: str) -> None:
+def silent(_stage: str) -> None:
     """Tell nobody."""
 
 

@@ -31,7 +31,7 @@ from abs_engine.tracking.person_fit import fit_person
 from abs_engine.tracking.record import Record, Recorder
 from abs_engine.tracking.recorded_frames import pictures, turned
 from abs_engine.tracking.recordings import Recording, check_same, check_variety, check_videos
-from abs_engine.tracking.run import prepare
+from abs_engine.tracking.run import prepare, silent
 from abs_engine.tracking.scale import pupil_scale
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.settings.preparation import PREPARATION
@@ -157,7 +157,7 @@ class Learner:
             f"fitting one head to {len(facing)} frames, its mouth and colours to {len(chosen)}, of "
             f"{counted(len(recordings), 'recording')}"
         )
-        fitted = fit_person(self.average, chosen, self.camera, self.renderer, None, _silent, facing)
+        fitted = fit_person(self.average, chosen, self.camera, self.renderer, None, silent, facing)
         return SpeakerFace.of(fitted, self.average.scale, checksum(self.speaker))
 
     def followed(self, recording: Recording, face: SpeakerFace, first: int = 0) -> Record:
@@ -271,7 +271,7 @@ def learn_speaker(
     camera = options.camera or Camera.ideal(size)
     expected = anybody(speaker, correspondence_of(speaker, renderer))
     average = AverageHead.of(*expected, pupil_scale(options.pupil_distance))
-    learner = Learner(speaker, average, camera, renderer, tell or _silent)
+    learner = Learner(speaker, average, camera, renderer, tell or silent)
     learned: list[Learned] = []
     tracked_then: list[Sequence[Recording]] = []
     for number in range(1, rounds + 1):
@@ -286,7 +286,7 @@ def learn_speaker(
 
 def tracked(video: Path, renderer: Renderer, options: TrackOptions) -> Recording:
     """A video tracked as a stranger's, to learn from."""
-    tracker = prepare(video, renderer, options, _silent)
+    tracker = prepare(video, renderer, options, silent)
     recorder = Recorder(tracker.setting)
     with closed_after(tracker.results()) as results:
         for image, result in results:
@@ -302,7 +302,3 @@ def tracked(video: Path, renderer: Renderer, options: TrackOptions) -> Recording
 def _usable(recordings: Sequence[Recording]) -> int:
     """Number of frames of all recordings that are learned from."""
     return int(sum(one.usable.sum() for one in recordings))
-
-
-def _silent(_stage: str) -> None:
-    """Tell nobody."""
