@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import Image
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import Pose
+from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.mouth_search import CalibrationFrame
 from abs_engine.tracking.settings.preparation import PREPARATION
 
@@ -20,28 +21,38 @@ Seen = TypeVar("Seen")
 def choose_frames(
     posed: Iterable[tuple[Image, Pose | None]], name: str, least: float = PREPARATION.least_found
 ) -> list[CalibrationFrame]:
-    """Frames to fit the person on; see `spread_frames`.
+    """Frames to fit the person on, spread evenly over the time; see `candidate_frames`.
 
     Raises
     ------
     FaceNotFoundError
         If hardly a frame shows a face.
     """
-    return [CalibrationFrame(*found) for found in spread_frames(posed, name, least)]
-
-
-def spread_frames(
-    found: Iterable[tuple[Image, Seen | None]], name: str, least: float = PREPARATION.least_found
-) -> list[tuple[Image, Seen]]:
-    """Frames with what was seen in them, spread evenly over the time; see `candidate_frames`."""
-    kept = candidate_frames(found, name, least)
-    return [kept[k] for k in spread_over(np.arange(len(kept)))]
+    kept = candidate_frames(posed, name, least)
+    return [CalibrationFrame(*kept[k]) for k in spread_over(np.arange(len(kept)))]
 
 
 def spread_over(values: NDArray[np.floating] | NDArray[np.integer]) -> list[int]:
     """Indices of a few values (N,), from the least to the largest by rank."""
     picked = np.unique(np.linspace(0, len(values) - 1, PREPARATION.learn_from).round().astype(int))
     return [int(k) for k in np.sort(np.argsort(values, kind="stable")[picked])]
+
+
+def turned_apart(seen: Sequence[Landmarks], count: int) -> list[int]:
+    """Indices of `count` faces, in order, each of which faces farthest from those before it.
+
+    The first is the one that faces most nearly as all do in the median. Texture says how deep a
+    head is by how it moves when the head turns, and shape and nodding trade against each other
+    where it hardly does. How a head leans in the picture says nothing of its shape and is left out.
+    """
+    facing = np.array([seen[0].turn_to(one)[:2] for one in seen])
+    first = int(np.argmin(np.linalg.norm(facing - np.median(facing, axis=0), axis=1)))
+    picked, away = [first], np.full(len(seen), np.inf)
+    for _ in range(min(count, len(seen)) - 1):
+        away = np.minimum(away, np.linalg.norm(facing - facing[picked[-1]], axis=1))
+        away[picked] = -1.0
+        picked.append(int(np.argmax(away)))
+    return sorted(picked)
 
 
 def candidate_frames(

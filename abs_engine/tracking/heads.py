@@ -30,11 +30,10 @@ from abs_engine.tracking.expected_person import anybody
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size
 from abs_engine.tracking.first_look import follower_of
-from abs_engine.tracking.frame_choice import candidate_frames, spread_over
+from abs_engine.tracking.frame_choice import candidate_frames, spread_over, turned_apart
 from abs_engine.tracking.given_head import GivenHead
 from abs_engine.tracking.head_fit import AverageHead
 from abs_engine.tracking.head_frame import HeadBinder
-from abs_engine.tracking.head_views import turned_apart
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.landmark_correspondence import (
     USUAL_DEVIATION,
@@ -48,7 +47,6 @@ from abs_engine.tracking.lip_landmarks import LipLandmarks
 from abs_engine.tracking.mouth_landmarks import BOTH, MouthLandmarks
 from abs_engine.tracking.mouth_visibility import ByLook
 from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Tell, TrackOptions
-from abs_engine.tracking.own_shading import shaded_person
 from abs_engine.tracking.person_fit import FittedPerson, fit_person
 from abs_engine.tracking.plugin_trial import Trial
 from abs_engine.tracking.rendered_landmarks import sightings_of
@@ -213,7 +211,7 @@ def by_landmarks(
     )
     face = None
     if SHADED in leaves.kinds:
-        face = shaded_person(fitted, chosen, clip.camera, renderer)
+        face = fitted.shaded(chosen, renderer)
     poses = None if given is None else given.aligned(fitted, numbered)
     first = clip.first(follower.found)
     setting = head_setting(clip, fitted, renderer, options, leaves, choice, first, face, poses)

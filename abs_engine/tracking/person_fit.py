@@ -6,9 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.params import ParamSpec
+from abs_engine.core.pose import no_correction
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import in_threads
 from abs_engine.face.appearance.colour import ColourClasses, usable
@@ -16,15 +19,21 @@ from abs_engine.face.appearance.colourless import in_colour, is_grey
 from abs_engine.face.base import Face
 from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
+from abs_engine.fit.shading import with_shading
 from abs_engine.tracking.blob_start import learning
 from abs_engine.tracking.cut_faces import MouthInPicture
 from abs_engine.tracking.head_fit import AverageHead, seen_in
 from abs_engine.tracking.head_pose import TexturedHead
-from abs_engine.tracking.landmark_calibration import PlacedHead, calibrate_placed
+from abs_engine.tracking.landmark_calibration import (
+    PlacedHead,
+    calibrate_placed,
+    placed_frames,
+)
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.mouth_visibility import MouthLook
+from abs_engine.tracking.placed_mouths import PlacedMouths
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION
 
@@ -93,6 +102,26 @@ class FittedPerson:
             return True
         now = MouthLook.of(self.classes, self.light.balanced(image, seen), seen)
         return now is not None and not self.look.hidden(now)
+
+    def shaded(self, seen: Sequence[Sighted], renderer: Renderer) -> Face:
+        """The face with the shading of its skin in those frames of a clip that show the mouth.
+
+        Raises
+        ------
+        ParameterError
+            If they show too little of it.
+        """
+        shown = [one for one in seen if self.shows(*one)]
+        placed = placed_frames(self.textured, self.shape, shown, self.light)
+        camera = self.textured.camera
+        if not placed:
+            return with_shading(self.face, camera, ())
+        model, still = self.model, no_correction()
+        mouths = PlacedMouths(model, placed, camera, renderer, still, self.person)
+        starts = np.stack([frame.start(model.n_expression) for frame in placed])
+        vectors = mouths.postures(mouths.terms(self.classes, starts), starts)
+        each = zip(placed, vectors, strict=True)
+        return with_shading(self.face, camera, ((f.image, f.pose, vector) for f, vector in each))
 
     @property
     def noisy(self) -> LandmarkShape:

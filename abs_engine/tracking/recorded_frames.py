@@ -14,7 +14,7 @@ from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.appearance.exposure import Exposure, colourless
 from abs_engine.io.video import read_frames
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
-from abs_engine.tracking.head_views import turned_apart
+from abs_engine.tracking.frame_choice import turned_apart
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.recordings import Recording
 from abs_engine.tracking.settings.preparation import PREPARATION

@@ -7,7 +7,7 @@ import pytest
 from drawn import correspondence, projected, vertices_of
 from heads import seen_at
 
-from abs_engine.tracking.head_views import turned_apart
+from abs_engine.tracking.frame_choice import turned_apart
 from abs_engine.tracking.landmarks import Landmarks
 
 
