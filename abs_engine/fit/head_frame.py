@@ -80,15 +80,8 @@ def class_maps(
 ) -> ClassMaps:
     """Probability maps of every facet class in the window of a frame, 0 outside of its zone.
 
-    Parameters
-    ----------
-    classes : ColourClasses
-    colour_of : sequence of str or None
-        Colour class of each facet class; None is not compared.
-    window : Window
-    frame : (H, W, 3) uint8 RGB
-    place : MouthPlace, optional
-        Where in the window the mouth is known to be.
+    `colour_of` is the colour class of each facet class; None is not compared. `place` is where in
+    the window the mouth is known to be.
     """
     patch = sampled(window, frame)
     seen = classes.compared(patch)
@@ -133,17 +126,9 @@ def _shown(maps: dict[str, FloatArray], shade: FloatArray, line: float) -> dict[
 def head_problem(
     likelihood: FacetLikelihood, frame: PoseFrame, priors: tuple[Prior, ...], posture: ParamSpec
 ) -> Problem:
-    """A frame of a head as a problem over its pose and posture.
+    """A frame of a head as a problem over its pose and posture (6 + P,), by colours and priors.
 
-    Parameters
-    ----------
-    likelihood : FacetLikelihood
-        Of the colours.
-    frame : PoseFrame
-    priors : tuple of Prior
-        Over pose and posture (6 + P).
-    posture : ParamSpec
-        Of the weights of the mouth's modes, P.
+    `posture` is of the weights of the mouth's modes, P.
     """
     terms = {COLOUR: likelihood}
     return Problem(frame, pose_and(posture), terms, priors)
@@ -203,21 +188,11 @@ def contact_of(
 ) -> ContactPrior:
     """Contact of the lips as a prior over (6 + P).
 
-    A head's lips overlap a little at rest, so that no light falls between them; only what they
-    overlap beyond that is pressing. With `thick` each lip also keeps a share
-    `HEAD_FIT.least_thickness` of its height at rest, so that its outline cannot turn inside out,
-    and the mouth opens in the middle as far as at its sides, see `pinching`.
-
-    Parameters
-    ----------
-    scene : Scene
-    rings : mapping of str to int arrays
-        The lips' contours, see `face.base.Face`.
-    rest : (P,) float64
-        The posture at rest.
-    thick : bool
-    still : Scene, optional
-        The same at rest, where no posture is quite that.
+    A head's lips overlap a little in the posture at `rest` (P,), so that no light falls between
+    them; only what they overlap beyond that is pressing. `still` is the scene at rest, where no
+    posture is quite that. With `thick` each lip also keeps a share `HEAD_FIT.least_thickness` of
+    its height at rest, so that its outline cannot turn inside out, and the mouth opens in the
+    middle as far as at its sides, see `pinching`.
     """
     gap, slope = lip_gaps(scene, rings)
     at_rest = gap + slope @ rest if still is None else lip_gaps(still, rings)[0]

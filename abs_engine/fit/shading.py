@@ -130,12 +130,7 @@ def with_shading(
 ) -> Face:
     """The face with the shading that its skin has in some frames.
 
-    Parameters
-    ----------
-    face : Face
-    camera : Camera
-    frames : iterable of (image, Pose, (6 + P,) float64)
-        Each with about where the head is, and a correction of that and the posture.
+    Each comes with about where the head is, and a correction of that and the posture (6 + P,).
 
     Raises
     ------

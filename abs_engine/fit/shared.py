@@ -19,12 +19,9 @@ from abs_engine.fit.settings import HEAD_FIT
 
 
 def shared_blocks(pose: FloatArray, identity: FloatArray) -> Blocks:
-    """A constant correction of all poses, and the identity, by their standard deviations.
+    """Blocks of a correction of all poses (6,), radians and mm, and of the identity (Q,).
 
-    Parameters
-    ----------
-    pose : (6,) float64, radians and mm
-    identity : (Q,) float64
+    They are given by their standard deviations.
     """
     names = tuple(f"person{k + 1}" for k in range(len(identity)))
     of_person = _spec(names, ("weight",) * len(identity), identity)

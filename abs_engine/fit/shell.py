@@ -102,15 +102,7 @@ def mouth_across(setting: ShellSetting, pose: Pose) -> float:
 
 
 def shell_problem(setting: ShellSetting, image: Image, pose: Pose) -> Problem:
-    """-log f(p|O) of one frame over the fitted parameters; knows its forces.
-
-    Parameters
-    ----------
-    setting : ShellSetting
-    image : (H, W, 3) uint8 RGB
-    pose : Pose
-        Of the head: known, or a guess.
-    """
+    """-log f(p|O) of a frame (H, W, 3) RGB, about a known or guessed pose; knows its forces."""
     return problem_of(setting, pose, {COLOUR: shell_colours(setting, image, pose)})
 
 
@@ -176,21 +168,11 @@ def centred(
     weights: FloatArray,
     rounds: int = SHELL_FIT.placed,
 ) -> Pose:
-    """The pose shifted across the line of sight so that the lips' centroid is seen at `centre`.
+    """The pose shifted across the line of sight to see the lips' centroid at a centre (2,), px.
 
-    Section 5.3: the centroid of the visible area of the lips, as drawn, is brought to that of the
-    blob. Depth and rotation stay.
-
-    Parameters
-    ----------
-    setting : ShellSetting
-    pose : Pose
-    centre : (2,), px
-        Of the blob.
-    weights : (P,) float64
-        The shape.
-    rounds : int
-        Times that it is drawn.
+    Section 5.3: the centroid of the visible area of the lips, as drawn with the weights (P,), is
+    brought to that of the blob. Depth and rotation stay. It is drawn as often as there are
+    `rounds`.
     """
     focal = np.array([setting.camera.matrix[0, 0], setting.camera.matrix[1, 1]])
     for _ in range(rounds):

@@ -174,16 +174,9 @@ def shared_shape(model: LipModel, views: Sequence[Seen]) -> SharedShape:
 
 
 def settle(model: LipModel, views: Sequence[Seen], starts: FloatArray) -> Settled:
-    """The most probable shape of a moment, from several starts.
+    """The most probable shape of a moment, from several starts (K, P), of which the best few count.
 
-    Parameters
-    ----------
-    model : LipModel
-        With the physics that it may move by: learned, or `relaxed`.
-    views : sequence of Seen
-        One or more.
-    starts : (K, P) float64
-        Weights; the best few are descended from.
+    The model's physics is what it may move by: learned, or `relaxed`.
     """
     problem = shared_shape(model, views)
     best = starts[np.argsort(problem.values(starts), kind="stable")[: SHELL_FIT.tried]]

@@ -55,15 +55,7 @@ def surface_window(
 ) -> Window:
     """The part of the picture where a surface is at weights and a pose, and pixels around it.
 
-    Parameters
-    ----------
-    surface : Scene
-    weights : (P,) float64
-    pose : Pose
-        Head to camera.
-    camera : Camera
-    scale : float
-        Drawn pixels per image pixel.
+    With `scale` drawn pixels per image pixel.
 
     Raises
     ------
@@ -175,14 +167,8 @@ def fit(
 ) -> FaceFit:
     """Minimise a problem from a posture, at the pose that it was made with.
 
-    Parameters
-    ----------
-    problem : Problem
-    alpha : (P,) float64
-    step : float
-        Factor on the first simplex; see `TALKING_FIT.from_neutral`.
-    solver : Solver, optional
-        By default Nelder-Mead with `usual_tolerance`.
+    `step` is a factor on the first simplex, see `TALKING_FIT.from_neutral`; the solver is by
+    default Nelder-Mead with `usual_tolerance`.
     """
     chosen = Simplex(usual_tolerance(problem), TALKING_FIT.limit) if solver is None else solver
     start = problem.chosen(problem.blocks.vector({POSTURE: np.asarray(alpha, np.float64)}))

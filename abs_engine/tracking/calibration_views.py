@@ -62,16 +62,10 @@ class Stand:
         return [mouth_window(self.model, pose, *given) for pose in self.poses]
 
     def learned(self, vectors: FloatArray, turn: int) -> ColourClasses:
-        """Colours by where the mouths are drawn; at first those of anybody with such skin.
+        """Colours by where mouths with these poses and postures (N, 6 + P) are drawn.
 
-        Where a known head stands is known well enough to learn its colours at once.
-
-        Parameters
-        ----------
-        vectors : (N, 6 + P) float64
-            Pose and posture of each frame.
-        turn : int
-            Which of `PREPARATION.view_rounds`.
+        At first those of anybody with such skin; where a known head stands is known well enough to
+        learn its colours at once. `turn` is which of `PREPARATION.view_rounds`.
         """
         model, pivot = self.model, self.model.pivot
         places = [

@@ -91,15 +91,9 @@ def find_faces(image: NDArray[np.uint8], *, in_parts: bool = True) -> list[Face]
 
 
 def faces_about(image: NDArray[np.uint8], centre: FloatArray, size: float) -> list[Face]:
-    """The faces of an image (H, W, 3) RGB near a place, the surest first.
+    """The faces of an image (H, W, 3) RGB near a place (2,), px, the surest first.
 
-    Parameters
-    ----------
-    image : (H, W, 3) uint8, RGB
-    centre : (2,) float64
-        Where a face is expected, pixels.
-    size : float
-        How large about its square is.
+    A face is expected there whose square is about as large as `size`, px.
     """
     return _in_pixels(
         image, _looked_at(image, np.asarray(centre) + 0.5, DETECTION.again * size, DETECTION.sure)

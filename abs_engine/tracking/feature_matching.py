@@ -94,15 +94,9 @@ class Drawn:
 
 
 def match(drawn: Drawn, seen: Gray, reach: float) -> Matches:
-    """Look for a drawing's details in a picture.
+    """Look for a drawing's details in a picture (H, W) at the drawn pixels.
 
-    Parameters
-    ----------
-    drawn : Drawn
-    seen : (H, W) float32
-        The picture at the drawn pixels.
-    reach : float
-        How far from where it was drawn each is looked for, face widths.
+    Each is looked for within `reach` face widths of where it was drawn.
     """
     half, far = drawn.half, max(2, round(reach * drawn.width))
     at, found, roots, here = [], [], [], []

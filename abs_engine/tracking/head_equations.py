@@ -129,20 +129,10 @@ def pupil_equations(
     pose: Pose,
     axes: FloatArray,
 ) -> Equations:  # fmt: skip
-    """Equations of the pupils (2, 2), px, for pose (6) and identity (K).
+    """Equations of the pupils `seen` (2, 2), px, for pose (6) and identity (K).
 
-    Parameters
-    ----------
-    pupils : (2, 3) float64, mm
-        The head's own.
-    modes : (K, 2, 3) float64
-        How they move with the identity.
-    pivot : (3,) float64
-    seen : (2, 2) float64, px
-    camera : Camera
-    pose : Pose
-    axes : (2, 2) float64
-        Of the face in the picture, as in `Landmarks.axes`.
+    The head's own `pupils` are (2, 3), mm; `modes` (K, 2, 3) are how they move with the identity,
+    and `axes` (2, 2) those of the face in the picture, as in `Landmarks.axes`.
     """
     there = pose.apply(pupils)
     pixel = there[:, 2].mean() / camera.matrix[0, 0]

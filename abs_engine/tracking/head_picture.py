@@ -19,19 +19,7 @@ _OPAQUE = 0.55
 
 
 def head_picture(setting: ClipSetting, image: Image, result: FrameResult) -> Image:
-    """The frame, and beside it the same with the head drawn over it.
-
-    Parameters
-    ----------
-    setting : ClipSetting
-    image : (H, W, 3) uint8 RGB
-    result : FrameResult
-        In which the mouth was found.
-
-    Returns
-    -------
-    (h, w, 3) uint8 RGB
-    """
+    """A frame (H, W, 3) RGB with a mouth, and beside it the same with the head drawn over it."""
     pose = result.pose
     if pose is None:
         return image

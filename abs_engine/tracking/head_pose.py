@@ -111,15 +111,8 @@ def placed_fit(
 ) -> FrameLandmarks | None:
     """Pose of a frame by landmarks and texture; None where the landmarks are no face's.
 
-    Parameters
-    ----------
-    textured : TexturedHead
-    shape : LandmarkShape
-        The person's landmarks as they are known by now, with their bias.
-    image : (H, W, 3) uint8 RGB
-    landmarks : Landmarks
-    last : FrameLandmarks, optional
-        The frame before.
+    `shape` is the person's landmarks as they are known by now, with their bias; `last` is the frame
+    before.
     """
     first = sound_fit(shape, landmarks, textured.camera, last, HEAD_POSE.start_settled)
     if first is None:

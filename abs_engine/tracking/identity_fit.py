@@ -77,22 +77,13 @@ def calibrate(
 ) -> Calibration:
     """Fit the person's mouth and the clip's colours by turns.
 
-    Each round learns the colours from where the model now stands, fits every frame's posture,
-    then one person and one pose correction to all of the frames together. In the first, an unknown
-    mouth is looked for by colours that anybody's lips have beside such skin.
+    Each round learns the colours from where the model now stands, fits every frame's posture, then
+    one person and one pose correction to all of the frames together. In the first, an unknown mouth
+    is looked for by colours that anybody's lips have beside such skin.
 
-    Parameters
-    ----------
-    model : MouthModel
-    frames : sequence of CalibrationFrame
-    camera : Camera
-    renderer : Renderer
-    known : ColourClasses, optional
-        Colours that were learned before; then only the mouth is fitted.
-    begin : (Q,) float64, optional
-        The person to begin with; by default the average.
-    seen : bool
-        Whether the poses are those of faces that were found in several frames.
+    With `known` colours only the mouth is fitted. It begins with the person `begin` (Q,), by
+    default the average. `seen` is whether the poses are those of faces that were found in several
+    frames.
 
     Raises
     ------
@@ -190,20 +181,11 @@ def person_problem(
     deviation: FloatArray,
     threads: int = 1,
 ) -> SharedProblem:
-    """The person (Q,) and a correction of the poses, the frames' postures held.
+    """The person (Q,) and a correction of K frames' poses, the frames' postures held.
 
-    Parameters
-    ----------
-    model : MouthModel
-    poses : sequence of Pose, K
-    terms : sequence of mapping of str to Term
-        The evidence of each frame, over the model's scene.
-    vectors : (K, 6 + P) float64
-        Where each frame stands.
-    deviation : (6,) float64, radians and mm
-        How far off the poses may be.
-    threads : int
-        How many frames are drawn at once.
+    `terms` are the evidence of each frame, over the model's scene; `vectors` (K, 6 + P) are where
+    each stands; `deviation` (6,), radians and mm, is how far off the poses may be. So many
+    `threads` draw at once.
     """
     blocks = shared_blocks(deviation, model.person_deviation)
     own = Blocks({**pose_and(model.posture).specs, IDENTITY: blocks.specs[IDENTITY]})

@@ -59,19 +59,7 @@ class FaceBox:
 
 
 def first_pose(box: FaceBox, camera: Camera, mouth: FloatArray) -> Pose:
-    """An upright head that faces the camera, with its mouth where the box expects it.
-
-    Parameters
-    ----------
-    box : FaceBox
-    camera : Camera
-    mouth : (3,) float64
-        The mouth's centre, mm, head frame.
-
-    Returns
-    -------
-    Pose
-    """
+    """An upright head that faces the camera, its `mouth` (3,), mm, where the box expects it."""
     depth = camera.matrix[0, 0] * DETECTION.box_width / box.size
     ahead = Pose(FACING, np.array([0.0, 0.0, depth]) - FACING @ mouth)
     return with_mouth_at(ahead, np.array(box.mouth), camera, mouth)
@@ -96,18 +84,8 @@ def pose_of_face(face: Face, camera: Camera, marks: FloatArray) -> Pose:
     """The head's pose by a face that was found; its mouth is just where it was seen.
 
     The most probable one, as people, heads' poses and the detector vary: size and roll come from
-    the eyes, yaw from the tip of the nose; of pitch little can be told.
-
-    Parameters
-    ----------
-    face : Face
-    camera : Camera
-    marks : (4, 3) float64
-        `face_marks`, mm, head frame.
-
-    Returns
-    -------
-    Pose
+    the eyes, yaw from the tip of the nose; of pitch little can be told. `marks` (4, 3), mm, are the
+    head's, see `face_marks`.
     """
     from scipy.optimize import least_squares  # not for every clip: it takes a while to import
 
@@ -136,20 +114,7 @@ def pose_of_face(face: Face, camera: Camera, marks: FloatArray) -> Pose:
 def with_mouth_at(
     pose: Pose, pixel: NDArray[np.floating], camera: Camera, mouth: FloatArray
 ) -> Pose:
-    """The pose moved across the line of sight until the mouth is seen at a pixel.
-
-    Parameters
-    ----------
-    pose : Pose
-    pixel : (2,) float64
-    camera : Camera
-    mouth : (3,) float64
-        The mouth's centre, mm, head frame.
-
-    Returns
-    -------
-    Pose
-    """
+    """The pose moved across the line of sight until a `mouth` (3,), mm, is seen at a pixel (2,)."""
     return _moved_to(pose, mouth, camera.undistort(np.asarray(pixel, np.float64)))
 
 

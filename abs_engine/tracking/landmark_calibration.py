@@ -144,14 +144,8 @@ def calibrate_placed(
 ) -> tuple[Calibration, LandmarkShape]:
     """Fit the person's mouth and learn the clip's colours about heads that landmarks have placed.
 
-    Parameters
-    ----------
-    head : PlacedHead
-    seen : sequence of (image, Landmarks)
-    known : ColourClasses, optional
-        Colours that were learned before; then only the mouth is fitted.
-    chromatic : bool
-        Whether the clip is in colour, and the colours learned before, too.
+    With `known` colours only the mouth is fitted. `chromatic` is whether they, and the clip, are in
+    colour.
 
     Returns
     -------

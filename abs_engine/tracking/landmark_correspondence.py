@@ -119,14 +119,9 @@ class Sighting:
 
 
 def learn_correspondence(speaker: Speaker, sightings: Sequence[Sighting]) -> Correspondence:
-    """The surface points that explain the sightings best, and what they leave.
+    """The points of a speaker's mesh that sightings explain best, and what they leave.
 
-    Parameters
-    ----------
-    speaker : Speaker
-        Whose mesh it is.
-    sightings : sequence of Sighting
-        Of heads with this mesh, from several sides.
+    They are of heads with this mesh, from several sides.
 
     Raises
     ------

@@ -74,23 +74,11 @@ def with_looks(
     renderer: Renderer,
     tell: Callable[[str], None],
 ) -> TalkingFace:
-    """Learn textures and local appearance from pictures of visemes.
+    """Learn textures and local appearance of a face from pictures of its corpus' visemes.
 
     Poses that the table lacks are estimated: by landmarks, then once by the texture that was
-    learned with these.
-
-    Parameters
-    ----------
-    made : MeasuredFace
-    built : Build
-        What it was made of.
-    table : sequence of VisemePicture
-        Of the corpus' visemes.
-    camera : Camera or None
-        By default an ideal one for pictures of their size.
-    renderer : Renderer
-    tell : callable
-        Called with what is begun, in a few words.
+    learned with these. The camera is by default an ideal one for pictures of their size. `tell` is
+    called with what is begun, in a few words.
 
     Raises
     ------

@@ -31,26 +31,13 @@ def log_evidence(
     camera: Camera,
     renderer: Renderer,
 ) -> FloatArray:
-    """Log probability under each calibration of the colours about all of their mouths.
+    """Mean log density (K,) of a pixel about all mouths under each calibration of their poses.
 
     The probability of a class given a colour (eq. 6) compares the classes of one calibration, and
     classes that were learned from the wrong places may explain these well: a smile's teeth as skin
     between lips and chin. Here the same pixels are explained by all of the calibrations: by the
-    density of their colours in the class that is drawn there, and by skin's where none is.
-
-    Parameters
-    ----------
-    model : MouthModel
-    frames : sequence of CalibrationFrame
-        Whose poses the calibrations correct.
-    calibrations : sequence of Calibration, K
-    camera : Camera
-    renderer : Renderer
-
-    Returns
-    -------
-    (K,) float64
-        Mean log density of a pixel, in units of `features`.
+    density of their colours, in units of `features`, in the class that is drawn there, and by
+    skin's where none is.
     """
     of_frames = [
         _of_frame(model, frame, k, calibrations, camera, renderer) for k, frame in enumerate(frames)

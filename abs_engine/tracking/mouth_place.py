@@ -23,17 +23,7 @@ def mouth_place(
     person: FloatArray,
     vector: FloatArray,
 ) -> MouthPlace:
-    """Place of a mouth with this pose and posture (6 + P,) in a window.
-
-    Parameters
-    ----------
-    model : MouthModel
-    base : PoseFrame
-    camera : Camera
-    window : Window
-    person : (Q,) float64
-    vector : (6 + P,) float64
-    """
+    """Place in a window of the mouth of a person (Q,) with this pose and posture (6 + P,)."""
     vertices, pose = model.held(person).vertices(parted(vector)[1]), base.pose(parted(vector)[0])
     line = camera.project(pose.apply(_where_lips_meet(model, vertices)))
     outline = window.to_drawn(camera.project(pose.apply(vertices[model.rings["outer"]])))
@@ -84,11 +74,8 @@ def _where_lips_meet(model: MouthModel, vertices: FloatArray) -> FloatArray:
 def _upper_share(window: Window, line: FloatArray) -> FloatArray:
     """Probability that a lip seen at each drawn pixel (H, W) is the upper one.
 
-    Parameters
-    ----------
-    window : Window
-    line : (K, 2) float64, px
-        Where the lips would meet, from one corner to the other: half-way between their inner edges.
+    A `line` (K, 2), px, from one corner to the other is where the lips would meet: half-way between
+    their inner edges.
     """
     drawn = window.to_drawn(line)
     ends = drawn[-1] - drawn[0]

@@ -56,12 +56,6 @@ def shift_of_faces(
     The median of several wanders less than one. Other faces, far from where the head was followed
     to, do not count.
 
-    Parameters
-    ----------
-    model : MouthModel
-    frames : sequence of CalibrationFrame
-    camera : Camera
-
     Returns
     -------
     (6,) float64, or None
@@ -93,22 +87,11 @@ def place_mouth(
     deviation: FloatArray,
     person: FloatArray,
 ) -> FloatArray:
-    """Coarse search of the mouth's place and size about where the poses put it.
+    """Coarse search of a person's mouth's place and size about where the poses put it.
 
-    What the drawn mouth covers is compared with what skin would explain there: nothing is gained
-    by drawing it larger than the part of the picture that is looked at, or beside it.
-
-    Parameters
-    ----------
-    model : MouthModel
-    frames : sequence of CalibrationFrame
-    classes : ColourClasses
-    camera : Camera
-    renderer : Renderer
-    deviation : (6,) float64
-        How far the poses may be off, radians and mm.
-    person : (Q,) float64
-        Whose mouth is looked for.
+    What the drawn mouth of the person (Q,) covers is compared with what skin would explain there:
+    nothing is gained by drawing it larger than the part of the picture that is looked at, or beside
+    it. `deviation` (6,), radians and mm, is how far the poses may be off.
 
     Returns
     -------

@@ -38,22 +38,9 @@ def calibrate_well(
 ) -> Calibration:
     """Fit the person's mouth and the colours, from two starts, and from more if that is no good.
 
-    Parameters
-    ----------
-    model : MouthModel
-    frames : sequence of CalibrationFrame
-    camera : Camera
-    renderer : Renderer
-    colours : ColourClasses, optional
-        Known ones; by default they are learned.
-    placed : bool
-        Whether somebody told where the mouth is; by default the faces that are found tell it.
-        In either case it is then looked for by colour, about there.
-
-    Returns
-    -------
-    Calibration
-        The one that makes its frames' colours most probable.
+    Colours are learned unless they are given. `placed` is whether somebody told where the mouth is;
+    by default the faces that are found tell it. In either case it is then looked for by colour,
+    about there. The calibration is that which makes its frames' colours most probable.
 
     Raises
     ------

@@ -16,12 +16,8 @@ from abs_engine.fit.view import View
 def over_face(surface: Scene, per_mm: float = 0.0) -> dict[str, Bind]:
     """Ways in which evidence is bound to the window of a face: see `face.base.Face.own_terms`.
 
-    Parameters
-    ----------
-    surface : Scene
-        Skin and lips; its weights are the posture.
-    per_mm : float
-        Drawn pixels per mm of a texture, at most; 0 where it is drawn as finely as the picture is.
+    The surface is skin and lips; its weights are the posture. A texture is drawn `per_mm` pixels
+    per mm at most; at 0, as finely as the picture is.
     """
 
     def wide(face: Face, view: View) -> View:

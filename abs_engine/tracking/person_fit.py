@@ -139,25 +139,12 @@ def fit_person(
     turned: Sequence[tuple[Image, Landmarks]] | None = None,
     grey_below: float = 0.0,
 ) -> FittedPerson:
-    """Fit the whole head, the mouth and the colours to frames that show one person.
+    """Fit the whole head, the mouth and the colours to frames of one camera that show one person.
 
-    Once more without those in which the mouth is hidden, if there are any.
-
-    Parameters
-    ----------
-    average : AverageHead
-    chosen : sequence of (image, Landmarks)
-        Of one camera.
-    camera : Camera
-    renderer : Renderer
-    colours : ColourClasses or None
-        Those learned before.
-    tell : callable
-        Called with what is begun, in a few words.
-    turned : sequence of (image, Landmarks), optional
-        Frames that the head is fitted to, in place of `chosen`.
-    grey_below : float
-        Spread of a face's chroma below which a frame has no colour, and nothing hides its mouth.
+    Once more without those in which the mouth is hidden, if there are any. The head is fitted to
+    the frames `turned`, by default to the `chosen` ones, too. Given `colours` are not learned.
+    `tell` is called with what is begun, in a few words. A frame whose face has a spread of chroma
+    below `grey_below` has no colour, and nothing hides its mouth.
 
     Raises
     ------

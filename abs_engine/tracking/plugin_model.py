@@ -19,14 +19,7 @@ from abs_engine.tracking.options import (
 
 
 def check_model(model: Prepare, options: TrackOptions, leaves: Leaves) -> None:
-    """Refuse what a model cannot track, before anything is done.
-
-    Parameters
-    ----------
-    model : Prepare
-    options : TrackOptions
-        With nothing left open.
-    leaves : Leaves
+    """Refuse what a model cannot track, before anything is done; no option is left open.
 
     Raises
     ------

@@ -25,14 +25,9 @@ _AROUND = 2.3  # times an eye's width (as MediaPipe does)
 
 
 def pupils_of(image: Image, landmarks: Landmarks) -> FloatArray | None:
-    """The pupils (2, 2) of the subject's right and left eye, pixels.
+    """The pupils (2, 2) of the subject's right and left eye in a picture (H, W, 3) RGB, pixels.
 
     None where an eye is not seen well: shut, outside of the picture, or turned away.
-
-    Parameters
-    ----------
-    image : (H, W, 3) uint8, RGB
-    landmarks : Landmarks
     """
     found: list[FloatArray] = []
     size = np.array(image.shape[1::-1])

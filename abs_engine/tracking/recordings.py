@@ -120,13 +120,7 @@ class Recording:
 
 
 def load_recording(folder: Path, speaker: Speaker) -> Recording:
-    """A run, and its video: where it was, beside the run, or where the command was typed.
-
-    Parameters
-    ----------
-    folder : Path
-    speaker : Speaker
-        The head that it was tracked with.
+    """A run of a head, and its video: where it was, beside the run, or where the command was typed.
 
     Raises
     ------

@@ -49,15 +49,7 @@ USUAL_LIGHT = Light(np.array(LANDMARK_EVIDENCE.drawn_lamp))
 def sightings_of(
     speaker: Speaker, vertices: FloatArray, texture: Image, renderer: Renderer
 ) -> Iterator[Sighting]:
-    """Sightings by the network of a head from those sides on which it sees one.
-
-    Parameters
-    ----------
-    speaker : Speaker
-    vertices : (V, 3) float64, mm, head frame
-    texture : (H, W, 3) uint8 RGB
-    renderer : Renderer
-    """
+    """Sightings by the network of a head (V, 3), mm, from those sides on which it sees one."""
     camera = Camera.ideal((LANDMARK_EVIDENCE.drawn_side, LANDMARK_EVIDENCE.drawn_side))
     place = np.array([0.0, 0.0, LANDMARK_EVIDENCE.drawn_depth])
     for pitch, yaw in product(LANDMARK_EVIDENCE.drawn_pitches, LANDMARK_EVIDENCE.drawn_yaws):

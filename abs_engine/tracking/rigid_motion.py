@@ -70,20 +70,10 @@ def rigid_reference(
     renderer: Renderer,
     most: int = REGISTRATION.most_corners,
 ) -> RigidReference:
-    """Choose corners of the image that lie on the rigid part of the face.
+    """Choose corners of an image (H, W, 3) RGB that lie on the rigid part of the face.
 
-    Parameters
-    ----------
-    image : (H, W, 3) uint8 RGB
-    pose : Pose
-    scene : Scene
-        The head with its weights at zero.
-    rigid : (F,) bool
-        Facets that move with the skull.
-    camera : Camera
-    renderer : Renderer
-    most : int
-        Largest number of points.
+    `rigid` (F,) are the facets that move with the skull of a head whose weights are zero; there are
+    `most` corners at most.
     """
     gray = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     still = Candidates.one(np.zeros(scene.n_modes), pose)

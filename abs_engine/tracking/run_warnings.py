@@ -90,10 +90,7 @@ ALL_CLOSED = (
 def other_head(misfit: float) -> tuple[str, ...]:
     """Warning that a speaker's face is not that of the person in the clip, if it is not.
 
-    Parameters
-    ----------
-    misfit : float, standard deviations
-        Of landmarks from its head; see `speakers.misfit`.
+    The misfit, in standard deviations, is that of landmarks from its head: see `speakers.misfit`.
     """
     most = FRAME_LOOP.most_speaker_misfit
     return (OTHER_HEAD.format(misfit, most),) if misfit > most else ()
@@ -126,12 +123,8 @@ def mostly_lost(found: NDArray[np.bool_], status: NDArray[np.str_]) -> list[str]
 def little_explained(source: str, score: float | None) -> list[str]:
     """Warning that the run explains too little of the picture, if it does.
 
-    Parameters
-    ----------
-    source : str
-        What the scores are of, such as colour; see ``score_of`` in ``run.json``.
-    score : float, optional
-        Their mean; None where it is not known.
+    The score is the mean, None where it is not known; the source is what scores are of, such as
+    colour: see ``score_of`` in ``run.json``.
     """
     if score is None:
         return []
@@ -148,11 +141,8 @@ def little_explained(source: str, score: float | None) -> list[str]:
 def mouth_otherwise(elsewhere: int, shut: int, seen: int, looked_at: int) -> list[str]:
     """Warnings that mouths are drawn otherwise than they are seen in some frames, if they are.
 
-    Parameters
-    ----------
-    elsewhere, shut, seen, looked_at : int
-        Frames where one lies beside the face's, or is closed and is seen open; those where a face
-        is seen, and all. Where hardly one is, nothing is known.
+    The counts are of frames in which one lies beside the face's, in which it is closed and seen
+    open, in which a face is seen, and of all. Where hardly one is seen, nothing is known.
     """
     if 2 * seen < looked_at:
         return []
@@ -165,14 +155,7 @@ def mouth_otherwise(elsewhere: int, shut: int, seen: int, looked_at: int) -> lis
 
 
 def all_closed(closed: NDArray[np.bool_], time: NDArray[np.float64]) -> list[str]:
-    """Warning that the lips are closed in every tracked frame of some seconds, if they are.
-
-    Parameters
-    ----------
-    closed : (N,) bool
-        Of the tracked frames.
-    time : (N,) float64, seconds
-    """
+    """Warning that lips are closed in every tracked frame (N,) of some seconds, if they are."""
     if not (len(closed) and closed.all() and np.ptp(time) > FRAME_LOOP.longest_closed):
         return []
     return [ALL_CLOSED.format(counted(len(closed), "frame"))]
@@ -181,10 +164,7 @@ def all_closed(closed: NDArray[np.bool_], time: NDArray[np.float64]) -> list[str
 def untimed(count: int, times: int) -> list[str]:
     """Warning that a video's times are of another number of frames than were read, if they are.
 
-    Parameters
-    ----------
-    count, times : int
-        Of the frames that were read, and of the times that the file gives; 0 without any.
+    `times` is 0 where the file gives none.
     """
     if not times or count == times:
         return []
@@ -200,10 +180,7 @@ def without_colour(status: NDArray[np.str_]) -> list[str]:
 def small_mouth(width: float) -> list[str]:
     """Warning that the tracked mouth is too small, if it is.
 
-    Parameters
-    ----------
-    width : float, px
-        Of the mouth in the median frame; NaN without any.
+    The width, px, is that of the median frame; NaN without any.
     """
     if not width < FRAME_LOOP.least_mouth:
         return []
@@ -211,14 +188,9 @@ def small_mouth(width: float) -> list[str]:
 
 
 def close_up(pixel: float, size: tuple[int, int]) -> list[str]:
-    """Warning that the picture shows a part of the face alone, if it does.
+    """Warning that a picture of some size, px, shows a part of the face alone, if it does.
 
-    Parameters
-    ----------
-    pixel : float, mm
-        That a pixel covers of the face in the median frame; NaN without any.
-    size : tuple of int, px
-        Of the picture.
+    `pixel` is how many mm one covers of the face in the median frame; NaN without any.
     """
     face = FRAME_LOOP.face_height / pixel
     return [CLOSE_UP] if face > FRAME_LOOP.most_face * min(size) else []
@@ -227,10 +199,8 @@ def close_up(pixel: float, size: tuple[int, int]) -> list[str]:
 def disagreement(aperture: float, deviation: float, by_landmarks: float) -> float:
     """Distance of an aperture from that of the landmarks, in their joint standard deviations.
 
-    Parameters
-    ----------
-    aperture, deviation, by_landmarks : float, mm
-        As found, its standard deviation, and by the landmarks alone; NaN where not known.
+    All are in mm: as found, its standard deviation, and by the landmarks alone; NaN where not
+    known.
     """
     unsure = FRAME_LOOP.landmark_unsure
     own = unsure if math.isnan(deviation) else deviation

@@ -123,19 +123,9 @@ def shell_face(
 ) -> Face:
     """The face of a shell: what is drawn is the shell, what is written the head about it.
 
-    The head moves by the face units that come nearest to each mode (`physics_shape`).
-
-    Parameters
-    ----------
-    speaker : Speaker
-    lips : LipModel
-    scene : Scene
-        Of the lips.
-    rest : (V, 3) float32, mm
-        The head at rest.
-    setting : ShellSetting
-    head : Face
-        What the whole head is tracked as: who was fitted, and the person without expression.
+    The head, at rest (V, 3), mm, moves by the face units that come nearest to each mode, see
+    `physics_shape`. `head` is what the whole head is tracked as: who was fitted, and the person
+    without expression.
     """
     marks, drawn = lip_rings(speaker), len(scene.mean) - _count(speaker)
     ends = drawn + np.cumsum([len(at) for at in marks.values()])

@@ -173,14 +173,7 @@ class SpeakerFace:
     ) -> FittedPerson:
         """The person as frames of a camera are tracked.
 
-        Parameters
-        ----------
-        speaker : Speaker
-            The head that the face is made of.
-        correspondence : Correspondence
-            Of its landmarks.
-        camera : Camera
-        renderer : Renderer
+        The face is made of the head `speaker`, with its landmarks' correspondence.
         """
         sized = speaker.scaled(self.scale.pupils / pupil_distance(speaker, speaker.vertices))
         texture = speaker.texture(next(iter(speaker.people)))

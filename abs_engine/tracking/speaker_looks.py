@@ -35,14 +35,7 @@ def can_look(speaker: Speaker) -> bool:
 
 
 def compared(face: SpeakerFace, speaker: Speaker) -> ComparedHead:
-    """Parts of the head that are compared by texture and local appearance.
-
-    Parameters
-    ----------
-    face : SpeakerFace
-    speaker : Speaker
-        The head that the face is made of.
-    """
+    """Parts of a face's head that are compared by texture and local appearance."""
     texture = speaker.texture(next(iter(speaker.people)))
     classes = speaker.facet_class.astype(np.int32)
     mean, modes = face.expression.mean, face.expression.modes
@@ -61,17 +54,7 @@ def with_appearance(
 ) -> SpeakerFace:
     """The face with texture and local appearance, of frames that show all of its postures.
 
-    Parameters
-    ----------
-    face : SpeakerFace
-    speaker : Speaker
-        The head that it is made of.
-    space : PostureSpace
-        Its postures.
-    recordings : sequence of Recording
-        Tracked with the postures that the space was learned from.
-    camera : Camera
-    renderer : Renderer
+    The recordings were tracked with the postures that the space was learned from.
 
     Raises
     ------
@@ -107,15 +90,7 @@ def _sightings(
 
 
 def looking(face: Face, own: Appearance, head: ComparedHead) -> Face:
-    """The face that a clip is tracked with, by its texture and local appearance too.
-
-    Parameters
-    ----------
-    face : Face
-    own : Appearance
-    head : ComparedHead
-        What it was learned of.
-    """
+    """The face that a clip is tracked with, by texture and local appearance of its head, too."""
     dressed = own.texture.dress(head.surface)
     noise = own.texture_noise, own.texture_observations
     texture = TextureLooks(own.texture, head.surface, dressed, *noise)

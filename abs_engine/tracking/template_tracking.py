@@ -18,22 +18,8 @@ def carried(
     """A head's pose, moved across the line of sight as its face moved from one frame to the next.
 
     Found by normalised correlation of the face as a whole, for which few details are enough.
-
-    Parameters
-    ----------
-    before : (H, W, 3) uint8 RGB
-    pose : Pose
-        Of the head in it.
-    now : (H, W, 3) uint8 RGB
-        The next frame.
-    points : (N, 3) float, mm, head frame
-        Of the face's rigid part.
-    camera : Camera
-
-    Returns
-    -------
-    Pose or None
-        None where the face of `now` does not look as before: nearer, turned, or another one.
+    `points` (N, 3), mm, head frame, are of its rigid part. None where the next frame's face does
+    not look as before: nearer, turned, or another one.
     """
     if before.shape != now.shape:
         return None

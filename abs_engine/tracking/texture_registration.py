@@ -83,13 +83,7 @@ class KnownHead:
         return np.asarray(self.face.mean.astype(np.float64).mean(axis=0))
 
     def align(self, image: Image, pose: Pose) -> Pose:
-        """Refine a first guess of the pose, up to twice as far away as the head is.
-
-        Parameters
-        ----------
-        image : (H, W, 3) uint8 RGB
-        pose : Pose
-        """
+        """Refine a first guess of the pose, up to twice as far away as the head is."""
         frame, sight = PoseFrame(pose, self._centre), pose.apply(self._centre)
         starts = [
             frame.pose(np.r_[pitch, yaw, 0, (depth - 1) * sight])
@@ -223,16 +217,9 @@ class KnownHead:
 
 
 def face_motions(speaker: Speaker, rigid: BoolArray) -> NDArray[np.float32]:
-    """Motions of the nearly rigid facets of a face: principal components of its units there.
+    """Motions (K, V, 3), mm per standard deviation, of the nearly rigid facets (F,) of a face.
 
-    Parameters
-    ----------
-    speaker : Speaker
-    rigid : (F,) bool
-
-    Returns
-    -------
-    (K, V, 3) float32, mm per standard deviation
+    They are the principal components of its units there.
     """
     units = SHAPE.usual_weight * speaker.unit_matrix(speaker.unit_names).astype(np.float64)
     there = units[:, np.unique(speaker.faces[rigid])].reshape(len(units), -1)

@@ -35,18 +35,9 @@ def pose_by_landmarks(
     camera: Camera,
     path: Path,
 ) -> Pose:
-    """Pose of a head (V, 3) that keeps its posture in a picture.
+    """Pose of a head (V, 3), mm, with the speaker's mesh, that keeps its posture in a picture.
 
-    Parameters
-    ----------
-    image : (H, W, 3) uint8 RGB
-    vertices : (V, 3) float, mm, head frame
-    speaker : Speaker
-        Whose mesh it is.
-    correspondence : Correspondence
-    camera : Camera
-    path : Path
-        Of the picture, for what is said of it.
+    The path is the picture's, for what is said of it.
 
     Raises
     ------

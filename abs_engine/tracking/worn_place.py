@@ -17,15 +17,10 @@ INNER = np.array([61, 291, 81, 178, 13, 14, 311, 402])
 
 
 def mouth_points(image: Image, spot: MouthSpot | None = None) -> FloatArray:
-    """Points (8, 2), px, of a mouth of whose face little more is in the picture.
+    """Points (8, 2), px, of a mouth of whose face little more is in the picture (H, W, 3) RGB.
 
     The picture's border is repeated around it. Where it is not known where the mouth lies, it is
     looked for about the picture's middle, and each look begins where the one before ended.
-
-    Parameters
-    ----------
-    image : (H, W, 3) uint8 RGB
-    spot : MouthSpot, optional
     """
     height, width = image.shape[:2]
     margin = max(height, width)
