@@ -51,11 +51,17 @@ def lip_window(
 ) -> Window:
     """The window around the lips' outer contour at rest (R, 3), mm; see `mouth_window`."""
     pixels = camera.project(pose.apply(border))
-    low, high = pixels.min(axis=0), pixels.max(axis=0)
-    across = float(high[0] - low[0])
-    scale = min(GENERAL.finest, HEAD_FIT.drawn_mouth / across)
+    return window_of(pixels, float(np.ptp(pixels[:, 0])), HEAD_FIT.drawn_mouth, more)
+
+
+def window_of(
+    lips: FloatArray, across: float, drawn: float, more: tuple[float, float] = (0.0, 0.0)
+) -> Window:
+    """The window around lips (R, 2), px, of a mouth `across` px wide, `drawn` so many wide."""
+    scale = min(GENERAL.finest, drawn / across)
     size = np.ceil((np.array(HEAD_FIT.window) + more) * across * scale) / scale
-    centre = 0.5 * (low + high) + np.array([0.0, HEAD_FIT.lower * across])
+    middle = 0.5 * (lips.min(axis=0) + lips.max(axis=0))
+    centre = middle + np.array([0.0, HEAD_FIT.lower * across])
     x, y = np.rint(centre - 0.5 * size)
     return Window(float(x), float(y), float(size[0]), float(size[1]), scale)
 

@@ -19,7 +19,6 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import POSE_NAMES, PoseFrame, free_blocks, joined, mode_block, pose_and
 from abs_engine.core.scene import Candidates, ClassMaps, Renderer, Scene
-from abs_engine.core.settings import GENERAL
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES
@@ -27,7 +26,7 @@ from abs_engine.face.appearance.hamming import hamming
 from abs_engine.face.shape.lip_model import COLOUR_OF, LIPS, LipModel
 from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.fit.evidence import Term
-from abs_engine.fit.head_frame import COLOUR, zone
+from abs_engine.fit.head_frame import COLOUR, window_of, zone
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import HEAD_FIT, SHELL_FIT
 
@@ -85,14 +84,8 @@ class ShellSetting:
 
 def shell_window(setting: ShellSetting, pose: Pose) -> Window:
     """The window around the lips: see `HEAD_FIT.window`, as seen from the front."""
-    at = pose.apply(setting.border)
-    pixels = setting.camera.project(at)
-    across = mouth_across(setting, pose)
-    scale = min(GENERAL.finest, SHELL_FIT.drawn_mouth / across)
-    size = np.ceil(np.array(HEAD_FIT.window) * across * scale) / scale
-    centre = 0.5 * (pixels.min(axis=0) + pixels.max(axis=0)) + [0.0, HEAD_FIT.lower * across]
-    x, y = np.rint(centre - 0.5 * size)
-    return Window(float(x), float(y), float(size[0]), float(size[1]), scale)
+    pixels = setting.camera.project(pose.apply(setting.border))
+    return window_of(pixels, mouth_across(setting, pose), SHELL_FIT.drawn_mouth)
 
 
 def mouth_across(setting: ShellSetting, pose: Pose) -> float:

@@ -20,14 +20,14 @@ from abs_engine.core.objective import Evaluation, Objective
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, free_blocks
 from abs_engine.core.scene import Renderer, Scene
+from abs_engine.face.base import Face
 from abs_engine.face.talking import MODELS, TEXTURES, TalkingFace
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import TALKING_FIT
+from abs_engine.fit.terms import LOCAL, TEXTURE, Bind, TermKind, pixels_per_mm
+from abs_engine.fit.view import View
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.by_nlopt import Simplex
-
-TEXTURE, LOCAL = "texture", "local"
-"""Names of the evidence of textures and of local appearance."""
 
 
 class Solver(Protocol):
@@ -42,7 +42,9 @@ class Solver(Protocol):
 
 def usual_tolerance(problem: Problem) -> float:
     """The stopping rule of a fit from far away, as a share of what a wrong match costs."""
-    return TALKING_FIT.tolerance if TEXTURE in problem.terms else TALKING_FIT.tolerance_of_points
+    return (
+        TALKING_FIT.tolerance if TEXTURE.name in problem.terms else TALKING_FIT.tolerance_of_points
+    )
 
 
 def explained_share(problem: Problem, value: Evaluation) -> float:
@@ -132,13 +134,13 @@ def talking_problem(
             face.texture(name), shape.surface, picture, camera, window, start, renderer,
             face.dressed[name], whiten=whiten,
         )  # fmt: skip
-        kind, penalty = TEXTURE, weaker if whiten else shape.penalty
+        kind, penalty = TEXTURE.name, weaker if whiten else shape.penalty
     else:
         error = local_error(
             face.local(name), shape.outer, picture, camera, replace(window, scale=face.la_scale),
             renderer, whiten="no" if printed else "all",
         )  # fmt: skip
-        kind, penalty = LOCAL, shape.penalty if printed else weaker
+        kind, penalty = LOCAL.name, shape.penalty if printed else weaker
     prior = PenaltyPrior(
         penalty, TALKING_FIT.penalty_share * error.unit, shape.blocks.places[POSTURE]
     )
@@ -174,3 +176,22 @@ def fit(
     start = problem.chosen(problem.blocks.vector({POSTURE: np.asarray(alpha, np.float64)}))
     found = chosen.minimise(problem, start, problem.spec, step)
     return FaceFit(problem.part(found.x, POSTURE), problem.pose(found.x), found)
+
+
+def over_face(surface: Scene, per_mm: float = 0.0) -> dict[str, Bind]:
+    """Ways in which evidence is bound to the window of a face: see `face.base.Face.own_terms`.
+
+    The surface is skin and lips; its weights are the posture. A texture is drawn `per_mm` pixels
+    per mm at most; at 0, as finely as the picture is.
+    """
+
+    def wide(face: Face, view: View) -> View:
+        weights = face.blocks.part(view.start, POSTURE)
+        scale = min(1.0, per_mm / pixels_per_mm(face.pivot, view)) if per_mm else 1.0
+        window = surface_window(surface, weights, view.frame.base, view.camera, scale)
+        return replace(view, window=window)
+
+    def over(kind: TermKind) -> Bind:
+        return lambda face, view: kind.bind(face, wide(face, view))
+
+    return {kind.name: over(kind) for kind in (TEXTURE, LOCAL)}

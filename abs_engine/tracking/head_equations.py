@@ -78,7 +78,7 @@ def landmark_equations(
     modes = shape.modes
     points = shape.mean + np.tensordot(np.r_[guess.identity, guess.posture], modes, 1)
     there = guess.pose.apply(points)
-    z, reach = there[:, 2], _reach(shape, seen)
+    z, reach = there[:, 2], reach_of(shape, seen)
     ray = there[:, :2] / z[:, None]
     deep = seen.depth * float(z.mean()) - z
     off = np.column_stack([(seen.rays - ray) * reach @ seen.axes.T, deep - deep.mean()])
@@ -98,7 +98,7 @@ def landmark_equations(
     return Equations(information / alike, gradient / alike)
 
 
-def _reach(shape: LandmarkShape, seen: SeenRays) -> float:
+def reach_of(shape: LandmarkShape, seen: SeenRays) -> float:
     """Distance of a face that is as high as the average one, mm.
 
     The network's errors are a share of the face that it sees. Measured at the fitted head they

@@ -50,6 +50,8 @@ def fit_jointly(
 
 
 _Pairs = dict[tuple[int, int], Matches]
+_Placed = tuple[Equations, tuple[slice, ...]]
+"""Equations, and the slices of their parameters in those of all frames."""
 
 
 def _outlines(
@@ -105,17 +107,13 @@ def _settled(
     for _ in range(steps):
         system = _System.of(problem, head)
         told = partial(system.told_by, seen=seen, frames=frames)
-        for k, each in enumerate(in_threads(told, range(len(frames)))):
-            system.add_frame(k, *each)
+        for each in in_threads(told, range(len(frames))):
+            system.add(*each)
         if pairs or outlines:
             views = views_of(problem.body, frames, head)
             compared = partial(system.compared, views=views)
-            by_texture = in_threads(compared, pairs.items())
-            for (i, j), equations in zip(pairs, by_texture, strict=True):
-                system.add_matches(i, j, equations)
-            for k, one in outlines.items():
-                told_so = outline_equations(problem.body, one, views[k], problem.camera)
-                system.add_outline(k, told_so)
+            system.add(*in_threads(compared, pairs.items()))
+            system.add(*(system.outlined(k, one, views[k]) for k, one in outlines.items()))
         stepped, moved = system.step()
         if moved > last and (pairs or outlines):
             break
@@ -171,53 +169,45 @@ class _System:
         pose, posture = self._at(frame)
         return pose, slice(posture.stop - self.problem.body.upper, posture.stop)
 
-    def _add(self, equations: Equations, *where: slice) -> None:
+    def add(self, *given: _Placed) -> None:
         """Add equations whose parameters, block after block, have these slices."""
-        ends = np.cumsum([0, *(s.stop - s.start for s in where)])
-        blocks = list(zip(where, map(slice, ends[:-1], ends[1:]), strict=True))
-        for there, here in blocks:
-            self.gradient[there] += equations.gradient[here]
-            for across, beside in blocks:
-                self.information[there, across] += equations.information[here, beside]
+        for equations, where in given:
+            ends = np.cumsum([0, *(s.stop - s.start for s in where)])
+            blocks = list(zip(where, map(slice, ends[:-1], ends[1:]), strict=True))
+            for there, here in blocks:
+                self.gradient[there] += equations.gradient[here]
+                for across, beside in blocks:
+                    self.information[there, across] += equations.information[here, beside]
 
     def told_by(
         self, frame: int, seen: Sequence[SeenRays], frames: Sequence[HeadFrameSeen]
-    ) -> tuple[Equations, Equations | None]:
+    ) -> list[_Placed]:
         """Equations of a frame's landmarks and pupils."""
         p, guess, pupils = self.problem, self.head.guess(frame), frames[frame].pupils
+        pose, posture = self._at(frame)
         by_landmarks = landmark_equations(
             p.shape, p.noise, seen[frame], guess, HEAD_POSE.joint_alike
         )
-        if pupils is None:
-            return by_landmarks, None
-        own, modes = p.eyes(self.head.identity)
-        axes = seen[frame].axes
-        told = pupil_equations(own, modes, p.body.pivot, pupils, p.camera, guess.pose, axes)
-        return by_landmarks, told
+        found: list[_Placed] = [(by_landmarks, (pose, self._identity, posture, self._error))]
+        if pupils is not None:
+            own, modes = p.eyes(self.head.identity)
+            axes = seen[frame].axes
+            told = pupil_equations(own, modes, p.body.pivot, pupils, p.camera, guess.pose, axes)
+            found.append((told, (pose, self._identity)))
+        return found
 
-    def add_frame(self, frame: int, by_landmarks: Equations, by_pupils: Equations | None) -> None:
-        """Add the equations of a frame, see `told_by`."""
-        pose, posture = self._at(frame)
-        self._add(by_landmarks, pose, self._identity, posture, self._error)
-        if by_pupils is not None:
-            self._add(by_pupils, pose, self._identity)
-
-    def compared(
-        self, pair: tuple[tuple[int, int], Matches], views: Sequence[HeadView]
-    ) -> Equations:
+    def compared(self, pair: tuple[tuple[int, int], Matches], views: Sequence[HeadView]) -> _Placed:
         """Equations of matches of the same skin in two frames."""
         (first, second), matches = pair
         p = self.problem
-        return linearised(p.body, matches, views[first], views[second], p.camera).normal
+        told = linearised(p.body, matches, views[first], views[second], p.camera).normal
+        return told, (*self._above(first), *self._above(second), self._identity)
 
-    def add_matches(self, first: int, second: int, by_texture: Equations) -> None:
-        """Add the equations of two frames' matches, see `compared`."""
-        self._add(by_texture, *self._above(first), *self._above(second), self._identity)
-
-    def add_outline(self, frame: int, by_outline: Equations) -> None:
-        """Add the equations of a frame's outline."""
+    def outlined(self, frame: int, found: Outline, view: HeadView) -> _Placed:
+        """Equations of a frame's outline."""
         pose, posture = self._at(frame)
-        self._add(by_outline, pose, self._identity, posture)
+        told = outline_equations(self.problem.body, found, view, self.problem.camera)
+        return told, (pose, self._identity, posture)
 
     def step(self) -> tuple[JointHead, float]:
         """The head after a step, and how far the poses turned, or the identity moved, in it."""

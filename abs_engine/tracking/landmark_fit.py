@@ -18,6 +18,7 @@ from abs_engine.core.geometry import FACING, Pose, rotations
 from abs_engine.core.pose import at_base
 from abs_engine.core.settings import GENERAL
 from abs_engine.core.threads import one_thread
+from abs_engine.tracking.head_equations import reach_of
 from abs_engine.tracking.landmark_jacobian import weighed_residuals
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import (
@@ -219,8 +220,9 @@ def looking_ahead(shape: LandmarkShape, seen: SeenRays) -> Pose:
     """A head that looks ahead, as large as the eyes are apart, or the face is high."""
     right, left = (seen.rays[pair].mean(axis=0) for pair in EYES)
     apart = np.linalg.norm(shape.mean[EYES[0]].mean(axis=0) - shape.mean[EYES[1]].mean(axis=0))
-    height = float(np.ptp(shape.mean[:, 1])) / max(float(np.ptp(seen.rays @ seen.axes[1])), 1e-9)
-    depth = min(height, float(apart) / max(float(np.linalg.norm(left - right)), 1e-9))
+    depth = min(
+        reach_of(shape, seen), float(apart) / max(float(np.linalg.norm(left - right)), 1e-9)
+    )
     (along, _), roll = seen.axes, np.zeros((1, 3))
     roll[0, 2] = np.arctan2(along[1], along[0])
     rotation = rotations(roll)[0] @ FACING

@@ -67,11 +67,6 @@ class LandmarkShape:
         none = np.zeros((len(unit), 2))
         return cls(c.of(vertices), c.of(identity), c.of(posture), unit, c.deviation, pivot, none)
 
-    def person(self, identity: FloatArray) -> LandmarkShape:
-        """The landmarks of one person (K,), with nothing of the identity left to fit."""
-        moved = np.tensordot(identity, self.identity, 1)
-        return replace(self, mean=self.mean + moved, identity=self.identity[:0])
-
     def off(
         self, landmarks: Landmarks, camera: Camera, pose: Pose, posture: FloatArray
     ) -> FloatArray:

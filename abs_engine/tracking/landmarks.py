@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
-from abs_engine.core.settings import GENERAL
 from abs_engine.core.threads import in_threads
 from abs_engine.io.assets import shipped
 from abs_engine.tracking.attention_mesh import SIDE, seen_mesh
 from abs_engine.tracking.face_detection import MARKS, Face
+from abs_engine.tracking.network import square_of
 from abs_engine.tracking.settings.detection import DETECTION
 
 COUNT = 468
@@ -214,12 +214,7 @@ def _cut(image: Image, matrix: FloatArray, step: float) -> Image:
     if (high <= low).any():
         return np.zeros((SIDE, SIDE, 3), np.uint8)
     part = image[low[1] : high[1], low[0] : high[0]]
-    if step > 1:  # else pixels would be skipped
-        part = np.asarray(cv2.GaussianBlur(part, (0, 0), GENERAL.shrunk_blur * step), np.uint8)
-    moved = matrix.copy()
-    moved[:, 2] -= low
-    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    return np.asarray(cv2.warpAffine(part, moved, (SIDE, SIDE), flags=flags), np.uint8)
+    return square_of(part, matrix, low, step, SIDE, cv2.BORDER_CONSTANT)
 
 
 def _bounds(

@@ -6,10 +6,29 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.settings import GENERAL
 from abs_engine.io.assets import shipped
 
 _ENGINE = ("ENGINE_CLASSIC",)
 """OpenCV's engine, where it has several: the newer one runs a network anew for each output."""
+
+
+def square_of(
+    part: Image, matrix: FloatArray, low: NDArray[np.int_], step: float, side: int, border: int
+) -> Image:
+    """A square of `side` pixels, as a network looks at it, that `matrix` (2, 3) maps to an image.
+
+    One of its pixels is `step` of the image's. The part of the image that it lies in begins at
+    `low` (2,), column and row; beyond it is what OpenCV's `border` makes.
+    """
+    if step > 1:  # else pixels would be skipped
+        part = np.asarray(cv2.GaussianBlur(part, (0, 0), GENERAL.shrunk_blur * step), np.uint8)
+    moved = matrix.copy()
+    moved[:, 2] -= low
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    warped = cv2.warpAffine(part, moved, (side, side), flags=flags, borderMode=border)
+    return np.asarray(warped, np.uint8)
 
 
 class Network:

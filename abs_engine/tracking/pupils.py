@@ -11,9 +11,8 @@ import cv2
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray, Image
-from abs_engine.core.settings import GENERAL
 from abs_engine.tracking.landmarks import Landmarks
-from abs_engine.tracking.network import Network
+from abs_engine.tracking.network import Network, square_of
 from abs_engine.tracking.settings.detection import DETECTION
 
 _NETWORK = Network("iris_landmark.tflite", "output_iris")
@@ -72,11 +71,4 @@ def _cut(image: Image, matrix: FloatArray, step: float) -> Image:
     middle = matrix[:, :2] @ np.full(2, 0.5 * _SIDE) + matrix[:, 2]
     low = np.clip(middle.astype(int) - reach, 0, np.array(image.shape[1::-1]) - 1)
     part = image[low[1] : low[1] + 2 * reach, low[0] : low[0] + 2 * reach]
-    if step > 1:  # else pixels would be skipped
-        part = np.asarray(cv2.GaussianBlur(part, (0, 0), GENERAL.shrunk_blur * step), np.uint8)
-    moved = matrix.copy()
-    moved[:, 2] -= low
-    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    edge = cv2.BORDER_REPLICATE
-    warped = cv2.warpAffine(part, moved, (_SIDE, _SIDE), flags=flags, borderMode=edge)
-    return np.asarray(warped, np.uint8)
+    return square_of(part, matrix, low, step, _SIDE, cv2.BORDER_REPLICATE)

@@ -14,13 +14,13 @@ from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.base import Face
 from abs_engine.face.compared import ComparedHead
 from abs_engine.face.learned_appearance import Appearance, LocalLooks, TextureLooks
+from abs_engine.fit.talking import over_face
 from abs_engine.fit.terms import LOCAL, TEXTURE
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulated import compared_head
 from abs_engine.learn.posture_space import PostureSpace
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.talking import learn_appearance
-from abs_engine.tracking.over_face import over_face
 from abs_engine.tracking.recorded_frames import sighted
 from abs_engine.tracking.recordings import Recording
 from abs_engine.tracking.speaker_face import SpeakerFace

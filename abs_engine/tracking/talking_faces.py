@@ -16,6 +16,7 @@ from abs_engine.face.base import Face
 from abs_engine.face.talking import TalkingFace, as_face, shape_as_face
 from abs_engine.face.talking_file import StoredTalker, load_talking, read_whose
 from abs_engine.fit.head_frame import contact_of
+from abs_engine.fit.talking import over_face
 from abs_engine.fit.terms import LOCAL, TEXTURE
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.learn.training import checksum
@@ -32,7 +33,6 @@ from abs_engine.tracking.options import (
     TrackOptions,
     own_file,
 )
-from abs_engine.tracking.over_face import over_face
 
 
 @dataclass(frozen=True, eq=False)

@@ -216,7 +216,7 @@ def test_several_landmarks_count_as_one():
     k, q, m = p.sizes
     head = JointHead(np.zeros(k), np.zeros(q), (POSES[0],), np.zeros((1, m)))
     seen = [SeenRays.of(frames()[0].landmarks, CAMERA)]
-    told, _ = _System.of(p, head).told_by(0, seen, [frames()[0]])
+    (told, _), *_ = _System.of(p, head).told_by(0, seen, [frames()[0]])
     each = landmark_equations(p.shape, p.noise, seen[0], head.guess(0))
     assert HEAD_POSE.joint_alike > 1
     np.testing.assert_allclose(told.information * HEAD_POSE.joint_alike, each.information)
@@ -229,7 +229,9 @@ def test_equations_are_added_where_their_parameters_are():
     system = _System.of(p, head)
     before, size = system.information.copy(), 6 + k + m + q
     of = Equations(rng.normal(size=(size, size)), rng.normal(size=size))
-    system.add_frame(1, of, None)
+    seen = [SeenRays.of(frame.landmarks, CAMERA) for frame in frames()[:2]]
+    (_, places), *_ = system.told_by(1, seen, frames()[:2])
+    system.add((of, places))
 
     first = k + q + 6 + m
     where = np.r_[first : first + 6, :k, first + 6 : first + 6 + m, k : k + q]

@@ -15,8 +15,8 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES, features
 from abs_engine.face.appearance.mixture import Mixture
 from abs_engine.tracking.identity_fit import Calibration
-from abs_engine.tracking.model_selection import log_evidence
 from abs_engine.tracking.mouth_search import CalibrationFrame
+from abs_engine.tracking.multistart import log_evidence
 
 SETTING = toy_setting()
 MODEL, CAMERA, RENDERER = toy_model(), SETTING.camera, SETTING.renderer

@@ -9,7 +9,7 @@ import pytest
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES, features
 from abs_engine.face.appearance.mixture import Mixture
-from abs_engine.tracking.blob_filter import LipFollower
+from abs_engine.tracking.blob_motion import LipFollower
 from abs_engine.tracking.blobs import LipPrior, find_face_blob, find_lips
 from abs_engine.tracking.settings.blobs import BLOB_START
 
