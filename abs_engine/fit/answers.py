@@ -24,17 +24,7 @@ def answer(
     *more: Any,
     **named: Any,
 ) -> Solution:
-    """End of a driver's step from `start` (N,).
-
-    Parameters
-    ----------
-    driver : object
-    step : callable
-        Its method.
-    objective : Objective
-    start : (N,) float64
-    *more, **named
-        What else the method takes.
+    """End of a driver's step, one of its methods, from `start` (N,).
 
     Raises
     ------

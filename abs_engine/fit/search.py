@@ -118,22 +118,10 @@ def search(
     again: Again | None = None,
     charged: bool = False,
 ) -> Found:
-    """Minimise from the best of some starts.
+    """Minimise from the best of some starts (K, N) over the free parameters, drawn in one batch.
 
-    Parameters
-    ----------
-    problem : Problem
-    starts : (K, N) float64
-        Over the free parameters; of several the best is chosen, drawn in one batch.
-    driver : Minimiser
-    again : Again, optional
-        For drivers of two phases, between them.
-    charged : bool
-        Whether a limit on evaluations counts those of the starts, too.
-
-    Returns
-    -------
-    Found
+    Drivers of two phases begin `again` between them. If `charged`, a limit on evaluations counts
+    those of the starts, too.
 
     Raises
     ------

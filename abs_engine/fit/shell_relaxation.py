@@ -128,21 +128,9 @@ def relaxed(
 ) -> LearnedPhysics:
     """Physics whose shell may leave the modes as far as its elasticity lets it.
 
-    Parameters
-    ----------
-    physics : LearnedPhysics
-    elastic : ThinShell
-        The shell with its first, unlearned stiffness K.
-    temperature : float
-        T: how far the shell may strain, see `softness`.
-    count : int
-        How many modes are kept.
-
-    Returns
-    -------
-    LearnedPhysics
-        The leading modes of S L S' + T K^-1, the covariance of a shape of the modes to which an
-        elastic displacement is added.
+    `elastic` is the shell with its first, unlearned stiffness K; the temperature T is how far it
+    may strain, see `softness`. The modes are the leading `count` of S L S' + T K^-1, the covariance
+    of a shape of the modes to which an elastic displacement is added.
     """
     free = temperature * elastic.solve(np.eye(3 * len(physics.rest)))
     modal = physics.matrix * physics.deviations

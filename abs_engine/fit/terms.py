@@ -249,18 +249,9 @@ def check_leaves(
 ) -> None:
     """Refuse what does not go together, before anything slow is done.
 
-    Parameters
-    ----------
-    name : str
-        Of the model.
-    has : sequence of str or None
-        What is, or will be, learned of its appearance; None if that is not known.
-    kinds : mapping of str to TermKind
-    driver : Driver
-    chosen : str
-        Its name.
-    others : bool
-        Whether another model may track the same video; else none is advised.
+    `name` is the model's; `has` is what is, or will be, learned of its appearance, None if that is
+    not known; `chosen` is the driver's name. Where no `others` may track the same video, none is
+    advised.
 
     Raises
     ------

@@ -24,14 +24,8 @@ def aligned(
 ) -> tuple[Pose | None, ...]:
     """Given poses as poses of the fitted head.
 
-    Parameters
-    ----------
-    given : sequence of (Pose or None)
-        In each frame, in other axes and from another origin.
-    own : sequence of (int, Pose)
-        Frames that have both, and the fitted head's pose there.
-    pivot : (3,) float64, mm, the fitted head's frame
-        Between the lips, where both are aligned.
+    They are in other axes and from another origin. `own` are frames that have both, and the fitted
+    head's pose there; both are aligned at the `pivot` (3,), mm, in its frame, between the lips.
 
     Raises
     ------

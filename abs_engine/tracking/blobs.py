@@ -121,20 +121,11 @@ def find_face_blob(classes: ColourClasses, image: Image) -> FaceBlob | None:
 def find_lips(
     classes: ColourClasses, image: Image, prior: LipPrior | None = None
 ) -> LipBlob | None:
-    """The mouth in an image by colour and place alone.
+    """The mouth in an image (H, W, 3) RGB by colour and place alone.
 
-    Parameters
-    ----------
-    classes : ColourClasses
-    image : (H, W, 3) uint8 RGB
-    prior : LipPrior, optional
-        Where lips are expected, by a pose or by the frames before; then only that neighbourhood
-        is looked at. By default where in a face they lie, and only in the face's blob.
-
-    Returns
-    -------
-    LipBlob or None
-        None where nothing has the lips' colour, or, without a prior, no face is seen.
+    With a prior, by a pose or by the frames before, only that neighbourhood is looked at. By
+    default lips are expected where in a face they lie, and only in the face's blob. None where
+    nothing has the lips' colour, or, without a prior, no face is seen.
     """
     inside = None
     if prior is None:

@@ -61,21 +61,11 @@ def find_face(image: NDArray[np.uint8]) -> Face | None:
 
 
 def find_faces(image: NDArray[np.uint8], *, in_parts: bool = True) -> list[Face]:
-    """The faces of an image, the surest first.
+    """The faces of an image (H, W, 3) RGB, the surest first.
 
-    They are looked for in the whole picture, and in parts of it where that shows none, as small
-    faces are lost in it. Each that is found is looked at once more from near.
-
-    Parameters
-    ----------
-    image : (H, W, 3) uint8, RGB
-    in_parts : bool
-        Whether parts are looked at.
-
-    Returns
-    -------
-    list of Face
-        None in slivers, see `DETECTION.narrowest` and `longest`.
+    They are looked for in the whole picture, and in parts of it, if asked, where that shows none,
+    as small faces are lost in it. Each that is found is looked at once more from near. None are
+    seen in slivers, see `DETECTION.narrowest` and `longest`.
     """
     height, width = image.shape[:2]
     least, most = sorted((height, width))

@@ -151,21 +151,12 @@ def pose_of_matches(
     camera: Camera,
     start: tuple[Pose, FloatArray],
 ) -> tuple[Pose, FloatArray]:
-    """The pose of a head, and its expression, that put points where they were found.
+    """The pose of a head, and its expression (K,), that put points where they were found.
 
-    Robust to points that were found in the wrong place.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, mm, head frame
-    motions : (N, K, 3) float64, mm per standard deviation
-        How each moves with the head's expression.
-    pixels : (N, 2) float64
-    root : (N, 2, 2) float64, px^-1
-        Of the inverse covariance of `pixels`.
-    camera : Camera
-    start : tuple of Pose and (K,) float64
-        Where to begin, and what the pose is weakly held to.
+    Robust to points that were found in the wrong place. Points (N, 3), mm, head frame, move by
+    `motions` (N, K, 3), mm per standard deviation, with the expression. They were found at `pixels`
+    (N, 2), with `root` (N, 2, 2), px^-1, of the inverse covariance. It begins at `start`, to which
+    the pose is weakly held.
     """
     from scipy.optimize import least_squares  # not for every clip: it takes a while to import
 

@@ -201,16 +201,11 @@ def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibrati
 
 
 def following(marked: FloatArray, seen: FloatArray) -> float:
-    """Growth of apertures with others: a slope, about 1.
+    """Growth of apertures (N,), mm, by colours alone with those by landmarks: a slope, about 1.
 
     Or, where that is less than both the slope and 1, the share of the other aperture in the median
     frame of a mouth that is plainly open: a slope rests on the widest openings, and may hide that
     most others are taken for closed.
-
-    Parameters
-    ----------
-    marked, seen : (N,) float64, mm
-        Apertures by landmarks, and by colours alone.
     """
     slope = float(np.cov(marked, seen, bias=True)[0, 1] / marked.var())
     plain = marked > LANDMARK_EVIDENCE.plainly_open

@@ -83,14 +83,9 @@ class LandmarkShape:
         """The landmarks of a person whom other evidence has fitted in several frames.
 
         What the network errs alike in all of them is the person's bias, which it is not wrong by
-        again; what is left of its noise is less.
-
-        Parameters
-        ----------
-        moved : (468, 3) float64, mm
-            By how much the person's points differ from `mean`.
-        off : sequence of (468, 2) float64, mm
-            See `off`; of each frame, the one with the mouth least open first.
+        again; what is left of its noise is less. The person's points differ from `mean` by `moved`
+        (468, 3), mm; `off` (468, 2), mm, is that of each frame, the one with the mouth least open
+        first.
         """
         share = LANDMARK_EVIDENCE.bias_share * min(1.0, len(off) / LANDMARK_EVIDENCE.closest)
         bias = share * np.median(off, axis=0)

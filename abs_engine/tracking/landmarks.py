@@ -132,12 +132,7 @@ class SeenRays:
 def landmarks_of(image: Image, face: Face, both: bool = True) -> Landmarks | None:
     """The points of a face that was detected; None where the network sees no face there.
 
-    Parameters
-    ----------
-    image : (H, W, 3) uint8, RGB
-    face : Face
-    both : bool
-        Whether the network looks at the mirrored face, too.
+    With `both` the network looks at the mirrored face, too.
     """
     right, left = (face.points[MARKS.index(name)] for name in ("right_eye", "left_eye"))
     first = _looked_at(image, face.centre, face.size, right, left, both=False)

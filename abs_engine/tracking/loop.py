@@ -50,20 +50,10 @@ def track(
 ) -> Iterator[tuple[Image, FrameResult]]:
     """Fit every frame of a clip; see `track_shots`.
 
-    Parameters
-    ----------
-    setting : ClipSetting
-    images : iterable of (H, W, 3) uint8 RGB
-    memory : Memory
-        What is known before the first frame.
-    journal : FrameJournal, optional
-        The first frames, where they were fitted before: in these, the head is only followed. The
-        others are added to it.
+    `memory` is what is known before the first frame. Frames that a journal has were fitted before:
+    in these, the head is only followed. The others are added to it.
 
-    Yields
-    ------
-    image, FrameResult
-        Each frame with what was found in it.
+    Yields ------ image, FrameResult Each frame (H, W, 3) with what was found in it.
     """
     shots = (Shot(image, k, setting.time_of(k)) for k, image in enumerate(images))
     with closed_after(track_shots(setting, shots, memory, journal)) as found:
@@ -80,21 +70,11 @@ def track_shots(
 ) -> Iterator[tuple[Shot, FrameResult]]:
     """Fit every frame, each with what is carried on from the one before.
 
-    Parameters
-    ----------
-    setting : ClipSetting
-    shots : iterable of Shot
-        Of a clip, or of a camera that drops what cannot be tracked in time.
-    memory : Memory
-    journal : FrameJournal, optional
-        As of `track`.
-    depth : int
-        Frames in which the head may be followed ahead of the fits; each of them delays results.
+    They are of a clip, or of a camera that drops what cannot be tracked in time; for the journal
+    see `track`. The head may be followed ahead of the fits in `depth` frames; each of them delays
+    results.
 
-    Yields
-    ------
-    Shot, FrameResult
-        Each frame with what was found in it.
+    Yields ------ Shot, FrameResult Each frame with what was found in it.
     """
     head, clock = setting.motion.follower(), setting.clock
     known = 0 if journal is None else journal.resumed

@@ -81,15 +81,10 @@ class MouthLandmarks:
         return frame.grey and frame.face is not None and self.evidence != RENDERING
 
     def marked(self, frame: HeadFrame, undrawn: Problem, why: str = "") -> Landmarked | None:
-        """Evidence in the form that the loop needs.
+        """Evidence in the form that the loop needs; `undrawn` is the frame by its priors alone.
 
-        Parameters
-        ----------
-        frame : HeadFrame
-        undrawn : Problem
-            The frame by its priors alone.
-        why : str
-            Why nothing but landmarks counts in it; by default the rest does, too, if it was asked.
+        `why` is why nothing but landmarks counts in it; by default the rest does, too, if it was
+        asked.
         """
         face, told = frame.face, self.told(frame)
         if face is None or told is None:

@@ -77,17 +77,8 @@ def write_run(
 ) -> tuple[Record, dict[str, Any]]:
     """Track to the end and write everything into an existing folder.
 
-    Parameters
-    ----------
-    folder : Path
-    setting : ClipSetting
-    results : iterable of (image, FrameResult)
-        As `track` yields them.
-    facts : RunFacts
-    progress : callable, optional
-        Called after every frame.
-    kept : Path, optional
-        Folder for the frames' numbers until they are written; by default `folder`.
+    Results are as `track` yields them. `progress` is called after every frame. The frames' numbers
+    are in the folder `kept`, by default the same one, until they are written.
 
     Returns
     -------

@@ -36,24 +36,12 @@ def relit(
     normals: FloatArray,
     compared: BoolArray,
 ) -> FloatArray:
-    """Drawn pixels as the light of a picture would show them.
+    """Drawn pixels (N,), 0 to 255, as the light of a picture would show them.
 
-    Parameters
-    ----------
-    drawn : (N,), 0 to 255
-        Luminance of the texture.
-    seen : (N,), 0 to 255
-        The picture at the same pixels.
-    normals : (N, 3) float64
-        Unit normals there, camera frame.
-    compared : (N,) bool
-        Pixels that the light is found from. What is not as drawn there, such as a shut eye, counts
-        little.
-
-    Returns
-    -------
-    (N,) float64
-        ``drawn`` itself where too few pixels are compared.
+    The luminance of the texture is `drawn`, that of the picture there `seen`; `normals` (N, 3) are
+    of unit length, camera frame. The light is found from the pixels that are `compared` (N,). What
+    is not as drawn there, such as a shut eye, counts little. Where too few are, ``drawn`` itself is
+    returned.
     """
     chosen = np.flatnonzero(compared)
     chosen = chosen[:: 1 + len(chosen) // REGISTRATION.light_pixels]

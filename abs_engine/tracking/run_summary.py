@@ -38,13 +38,8 @@ def summary(
 ) -> dict[str, Any]:
     """Counts of frames; mean evaluations and score of the tracked. Covered ones are lost.
 
-    Parameters
-    ----------
-    arrays : mapping of str to (T, ...)
-        As ``results.npz`` has them.
-    setting : ClipSetting
-    elsewhere : sequence of str
-        Warnings that the mouth lies beside the face's.
+    The arrays are as ``results.npz`` has them; `elsewhere` are warnings that the mouth lies beside
+    the face's.
     """
     face = setting.face
     found, cuts = arrays["found"], arrays["index"][arrays["cut"]].tolist()

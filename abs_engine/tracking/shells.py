@@ -48,15 +48,6 @@ def prepare_shell(
     A head is fitted to some frames first; the shell is cut from it at rest. Its physics is that of
     `options.physics`, or of the bundled lips.
 
-    Parameters
-    ----------
-    clip : Clip
-    options : TrackOptions
-    leaves : Leaves
-    renderer : Renderer
-    tell : callable
-        Called with what is begun, in a few words.
-
     Raises
     ------
     AbsEngineError

@@ -243,17 +243,8 @@ def learn_speaker(
 
     Each round fits the head to frames of all recordings, tracks them with it, and learns the
     postures; the next begins from what that found. A later one is kept if it explains the frames
-    that were left out better.
-
-    Parameters
-    ----------
-    recordings : sequence of Recording
-    renderer : Renderer
-    options : TrackOptions
-        `camera`, `speaker` and `pupil_distance` count.
-    rounds : int
-    tell : callable, optional
-        Called with what is begun, in a few words.
+    that were left out better. Of the options `camera`, `speaker` and `pupil_distance` count. `tell`
+    is called with what is begun, in a few words.
 
     Raises
     ------

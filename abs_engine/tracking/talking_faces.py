@@ -155,15 +155,6 @@ def prepare_talker(
     Poses are those of the head's motion, corrected in each frame; what is likely of a posture is
     that of the corpus.
 
-    Parameters
-    ----------
-    clip : Clip
-    options : TrackOptions
-    leaves : Leaves
-    renderer : Renderer
-    tell : callable
-        Called with what is begun, in a few words.
-
     Raises
     ------
     AbsEngineError

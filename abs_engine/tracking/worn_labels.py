@@ -21,11 +21,8 @@ _REMEDY = "see 'abs-engine mouths --help'"
 def read_mouths(path: Path) -> list[LabelledMouth]:
     """The labelled frames of a table.
 
-    Parameters
-    ----------
-    path : Path
-        A CSV file with a row for each frame: `video`, its path from the table's folder; `frame`,
-        counted from 0; and `COLUMNS`, pixels whose centres are at integers.
+    It is a CSV file with a row for each frame: `video`, its path from the table's folder; `frame`,
+    counted from 0; and `COLUMNS`, pixels whose centres are at integers.
 
     Raises
     ------
