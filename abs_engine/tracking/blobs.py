@@ -219,11 +219,8 @@ def _clusters(
     count, label = cv2.connectedComponents(joined.astype(np.uint8), connectivity=8)
     sizes = np.bincount(label[seeds], minlength=count)
     sizes[0] = 0
-    kept = [
-        k
-        for k in np.argsort(-sizes)[: BLOB_START.most_blobs]
-        if sizes[k] >= BLOB_START.least_pixels
-    ]
+    largest = np.argsort(-sizes)[: BLOB_START.most_blobs]
+    kept = [k for k in largest if sizes[k] >= BLOB_START.least_pixels]
     y, x = np.nonzero(lips > BLOB_START.least_lips)
     if not kept or not len(x):
         return None

@@ -189,10 +189,8 @@ class FaceFollower:
         """Those that may be the face that was last seen, the nearest first."""
         centre, size = last.pixels.mean(axis=0), last.size
         slack = 1 + DETECTION.widening * min(self._lost, DETECTION.patience)
-        reach, ratio = (
-            DETECTION.apart * size * slack,
-            min(DETECTION.size_ratio**slack, DETECTION.most_size_ratio),
-        )
+        reach = DETECTION.apart * size * slack
+        ratio = min(DETECTION.size_ratio**slack, DETECTION.most_size_ratio)
         near = [
             f
             for f in faces

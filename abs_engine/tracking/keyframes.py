@@ -88,18 +88,11 @@ class Keyframes:
     def _extend(self, image: Image, state: RigidState) -> None:
         """Take this frame as a reference, too, if the head faces where none does."""
         apart = min(r.pose.angle_to(state.pose) for r in self.references)
-        least = (
-            REGISTRATION.apart
-            if state.seen >= REGISTRATION.seen_badly
-            else REGISTRATION.apart_badly
-        )
-        if (
-            state.seen >= REGISTRATION.seen_well
-            or apart < least
-            or len(self.references) >= REGISTRATION.most_references
-        ):
+        badly = state.seen < REGISTRATION.seen_badly
+        least = REGISTRATION.apart_badly if badly else REGISTRATION.apart
+        full = len(self.references) >= REGISTRATION.most_references
+        if state.seen >= REGISTRATION.seen_well or apart < least or full:
             return
         new = self._make(image, state.pose)
-        if len(new.points) < REGISTRATION.least_reference:
-            return
-        self.add(new)
+        if len(new.points) >= REGISTRATION.least_reference:
+            self.add(new)

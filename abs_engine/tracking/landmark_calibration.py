@@ -233,9 +233,8 @@ def _round(
     terms = stand.terms(classes, vectors)
     vectors = stand.postures(terms, vectors)
 
-    share = (
-        len(LIPS) / LANDMARK_EVIDENCE.inner_together / len(placed)
-    )  # all frames say as much as one
+    # all frames say as much as one
+    share = len(LIPS) / LANDMARK_EVIDENCE.inner_together / len(placed)
     seen = [LipOutline(head.lips, f.face.landmarks, share) for f in placed]
     both = zip(terms, seen, strict=True)
     evidence: list[dict[str, Term]] = [{COLOUR: c, "landmarks": o} for c, o in both]

@@ -47,13 +47,8 @@ class SkinLight:
 
     def balanced(self, image: Image, landmarks: Landmarks) -> Image:
         """A frame (H, W, 3) RGB in the usual light; itself where that has hardly changed."""
-        change = self.change(image, landmarks)
-        share = np.clip(
-            (np.abs(change).max() - FRAME_LOOP.light_none)
-            / (FRAME_LOOP.light_full - FRAME_LOOP.light_none),
-            0.0,
-            1.0,
-        )
+        change, none = self.change(image, landmarks), FRAME_LOOP.light_none
+        share = np.clip((np.abs(change).max() - none) / (FRAME_LOOP.light_full - none), 0.0, 1.0)
         if share == 0:
             return image
         levels = np.arange(256)[:, None] * np.exp(-share * change)

@@ -172,12 +172,7 @@ def _accepted(setting: ClipSetting, work: Work) -> Found | None:
         why = marks.why or alone.best.status
         return replace(alone, best=replace(alone.best, status=why))
     found = _searched(setting, work)
-    if (
-        marks is None
-        or not marks.decide
-        or marks.apart is None
-        or _off(work, found) <= FRAME_LOOP.most_off
-    ):
+    if marks is None or not marks.decide or _off(work, found) <= FRAME_LOOP.most_off:
         return found
     second = _minimised(setting, work, marks.told)
     count = found.best.n_evaluations + second.best.n_evaluations

@@ -69,10 +69,8 @@ def shift_of_faces(
             continue
         pose, mouth = pose_of_face(face, camera, marks), frame.pose.apply(model.pivot)
         move = pose.apply(model.pivot) - mouth
-        if (
-            np.abs(move[:2]).max() < PREPARATION.elsewhere
-            and abs(move[2]) < PREPARATION.elsewhere_depth * mouth[2]
-        ):
+        near = np.abs(move[:2]).max() < PREPARATION.elsewhere
+        if near and abs(move[2]) < PREPARATION.elsewhere_depth * mouth[2]:
             turn = Pose(pose.rotation @ frame.pose.rotation.T, np.zeros(3)).rotation_vector
             shifts.append(np.concatenate([turn, move]))
     return np.median(shifts, axis=0) if 2 * len(shifts) >= len(frames) else None

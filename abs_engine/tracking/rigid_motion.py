@@ -68,12 +68,10 @@ def rigid_reference(
     rigid: BoolArray,
     camera: Camera,
     renderer: Renderer,
-    most: int = REGISTRATION.most_corners,
 ) -> RigidReference:
     """Choose corners of an image (H, W, 3) RGB that lie on the rigid part of the face.
 
-    `rigid` (F,) are the facets that move with the skull of a head whose weights are zero; there are
-    `most` corners at most.
+    `rigid` (F,) are the facets that move with the skull of a head whose weights are zero.
     """
     gray = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     still = Candidates.one(np.zeros(scene.n_modes), pose)
@@ -85,7 +83,9 @@ def rigid_reference(
     # None where there is no corner, which OpenCV's types do not say
     found = cast(
         "NDArray[np.float32] | None",
-        cv2.goodFeaturesToTrack(gray, most, REGISTRATION.corner_quality, apart, mask=mask),
+        cv2.goodFeaturesToTrack(
+            gray, REGISTRATION.most_corners, REGISTRATION.corner_quality, apart, mask=mask
+        ),
     )
     pixels = np.zeros((0, 2), np.float32) if found is None else found.reshape(-1, 2)
     column, row = np.rint(pixels.astype(np.float64)).astype(int).T

@@ -105,23 +105,14 @@ class KnownHead:
 
     def refine(self, image: Image, pose: Pose) -> Pose:
         """The pose of a head that is known to a few degrees and percent."""
-        return self._steps(
-            image, self._guess(pose), REGISTRATION.alignment_levels[REGISTRATION.nearly :]
-        ).pose
+        levels = REGISTRATION.alignment_levels[REGISTRATION.nearly :]
+        return self._steps(image, self._guess(pose), levels).pose
 
     def settle(self, image: Image, pose: Pose) -> Pose:
         """The pose of a head that was followed to `pose`; that itself where too little agrees."""
-        found = self._guess(pose)
+        found, finest = self._guess(pose), REGISTRATION.alignment_levels[-1:]
         for _ in range(REGISTRATION.settling):
-            last, found = (
-                found,
-                self._step(
-                    image,
-                    found,
-                    REGISTRATION.alignment_levels[-1][0] * REGISTRATION.fine_face,
-                    REGISTRATION.alignment_levels[-1][1],
-                ),
-            )
+            last, found = found, self._steps(image, found, finest)
             if self._apart(last.pose, found.pose) < REGISTRATION.settled:
                 break
         near = found.pose.angle_to(pose) < REGISTRATION.astray
@@ -158,17 +149,13 @@ class KnownHead:
 
         Starts after one that leads to the head are not tried.
         """
-        best = self._guess(starts[0])
+        best, tried = self._guess(starts[0]), REGISTRATION.levels_tried
         for pose in starts:
-            found = self._steps(
-                image, self._guess(pose), REGISTRATION.alignment_levels[: REGISTRATION.levels_tried]
-            )
+            found = self._steps(image, self._guess(pose), REGISTRATION.alignment_levels[:tried])
             best = max(best, found, key=lambda guess: guess.agreement)
             if best.agreement >= REGISTRATION.sure:
                 break
-        return self._steps(
-            image, best, REGISTRATION.alignment_levels[REGISTRATION.levels_tried :]
-        ).pose
+        return self._steps(image, best, REGISTRATION.alignment_levels[tried:]).pose
 
     def _steps(self, image: Image, guess: _Guess, levels: tuple[Level, ...]) -> _Guess:
         for share, reach in levels:
