@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -50,13 +50,13 @@ def by_blobs(
 ) -> ClipTracker:
     """Start from a face's six points and the colours about them, or with a head that is known."""
     model = mouth_model(speaker, options.person, options.physics)
-    found = calibrated_by_blobs(clip, model, renderer, options, tell)
-    calibration, given = found.calibration, found.given
+    calibration, own, frames = _calibrated(clip, model, renderer, options, tell)
+    given = isinstance(own, GivenMotion)
     held = given and model.known  # then poses are taken as they are
     shift = np.zeros(len(calibration.shift)) if held else calibration.shift
     face = held_head(model, calibration.person, calibration.classes)
+    posed = [(f.image, shifted(f.pose, shift, model.pivot)) for f in frames]
     if SHADED in leaves.kinds:
-        posed = [(f.image, shifted(f.pose, shift, model.pivot)) for f in found.frames]
         shown = zip(posed, calibration.expressions, strict=True)
         face = with_shading(face, clip.camera, ((*one, vector) for one, vector in shown))
     binder = HeadBinder(
@@ -64,11 +64,9 @@ def by_blobs(
         leaves.kinds, held,
     )  # fmt: skip
     sight = ByBlob(calibration.classes, model, clip.camera, calibration.person)
-    usual = MouthEvidence.usual(
-        [sight.evidence(f.image, shifted(f.pose, shift, model.pivot)) for f in found.frames]
-    )
+    usual = MouthEvidence.usual([sight.evidence(*one) for one in posed])
     pupils = pupil_distance(speaker, model.whole(calibration.person))
-    motion = ShiftedMotion(found.motion, shift, model.pivot)
+    motion = ShiftedMotion(own, shift, model.pivot)
     setting = ClipSetting(
         face, clip.camera, renderer, clip.info.rate, motion, binder, leaves.driver.minimiser(),
         replace(sight, usual=usual), clip.info.times,
@@ -91,29 +89,10 @@ def learning(known: ColourClasses | None) -> str:
     return "fitting the mouth" if known else "learning the clip's colours, fitting the mouth"
 
 
-@dataclass(frozen=True, eq=False)
-class BlobCalibration:
-    """A head model calibrated on a clip by blobs.
-
-    Parameters
-    ----------
-    calibration : Calibration
-    motion : HeadMotion or GivenMotion
-    frames : list of CalibrationFrame
-    given : bool
-        Whether the poses were given.
-    """
-
-    calibration: Calibration
-    motion: HeadMotion | GivenMotion
-    frames: list[CalibrationFrame]
-    given: bool
-
-
-def calibrated_by_blobs(
+def _calibrated(
     clip: Clip, model: MouthModel, renderer: Renderer, options: TrackOptions, tell: Tell
-) -> BlobCalibration:
-    """Follow the face, learn the clip's colours about it and fit the mouth.
+) -> tuple[Calibration, HeadMotion | GivenMotion, list[CalibrationFrame]]:
+    """Follow the face, learn the clip's colours about it and fit the mouth to some frames.
 
     Raises
     ------
@@ -152,7 +131,7 @@ def calibrated_by_blobs(
     calibration = replace(found, classes=classes)
     if isinstance(motion, HeadMotion):
         motion = replace(motion, colours=calibration.classes, rate=clip.info.rate)
-    return BlobCalibration(calibration, motion, frames, given is not None)
+    return calibration, motion, frames
 
 
 def _frames_of_poses(
