@@ -35,11 +35,11 @@ def check_kind(name: str, value: object, kind: Kind) -> None:
 
 
 def checked_frame(frame: int, count: int) -> int:
-    """The frame itself, if it is one of so many; else `ParameterError`."""
+    """The frame as Python's own number, if it is one of so many; else `ParameterError`."""
     check_kind("frame", frame, WHOLE)
     if not 0 <= frame < count:
         raise ParameterError(f"there is no frame {frame}", f"give 0 to {count - 1}")
-    return frame
+    return int(frame)
 
 
 def to_path(name: str, value: str | os.PathLike[str]) -> Path:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.geometry import Pose
+from abs_engine.core.kinds import checked_frame
 from abs_engine.dataset.codec import FORMAT, TRUTH, VERSION
 from abs_engine.dataset.offsets import Offsets, StoredOffsets
 from abs_engine.dataset.picture import AGAIN
@@ -93,8 +94,9 @@ class Clip:
         return len(self.offsets)
 
     def vertices(self, frame: int) -> NDArray[np.float32]:
-        """Vertices (V, 3), mm, head frame, in a frame."""
-        return np.asarray(self.neutral + self.offsets[frame].astype(np.float32), np.float32)
+        """Vertices (V, 3), mm, head frame, in a frame; `ParameterError` where there is none."""
+        offset = self.offsets[checked_frame(frame, len(self))]
+        return np.asarray(self.neutral + offset.astype(np.float32), np.float32)
 
     def points(self, vertex: NDArray[np.integer]) -> FloatArray:
         """The paths (T, N, 3), mm, head frame, of some vertices (N,); read frame after frame."""
@@ -104,7 +106,8 @@ class Clip:
         return np.asarray(out + self.neutral[vertex])
 
     def world_pose(self, frame: int) -> Pose:
-        """Head to world in a frame."""
+        """Head to world in a frame; `ParameterError` where there is none."""
+        frame = checked_frame(frame, len(self))
         return Pose.from_vectors(self.world_rotations[frame], self.world_translations[frame])
 
     @cached_property

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
-from abs_engine.core.kinds import to_path
+from abs_engine.core.kinds import WHOLE, to_path
 from abs_engine.dataset import codec
 from abs_engine.dataset.clip import Clip, load_clip
 from abs_engine.dataset.picture import AGAIN
@@ -96,7 +96,7 @@ class Dataset:
 
     def __getitem__(self, number: int) -> Truth:
         """View of a number, in the order of `views`; `ParameterError` where there is none."""
-        if number not in range(len(self)):
+        if not WHOLE[0](number) or number not in range(len(self)):
             raise ParameterError(
                 f"{self.folder} has no view {number!r}", f"count its {len(self)} from 0"
             )

@@ -62,7 +62,7 @@ class StoredOffsets:
         ModelFormatError
             If its file is of other frames or of another mesh.
         """
-        checked_frame(frame, self._frames)
+        frame = checked_frame(frame, self._frames)
         name = chunk_name(frame)
         if name not in self._kept:
             self._kept[name] = self._read(name, frame // CHUNK * CHUNK)

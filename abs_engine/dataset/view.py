@@ -63,7 +63,8 @@ class Truth(Clip):
     placed: PlacedCamera | None = field(default=None, repr=False)
 
     def pose(self, frame: int) -> Pose:
-        """Head to camera in a frame."""
+        """Head to camera in a frame; `ParameterError` where there is none."""
+        frame = checked_frame(frame, len(self))
         return Pose.from_vectors(self.rotations[frame], self.translations[frame])
 
     def pixels(self, frame: int, vertex: NDArray[np.integer]) -> FloatArray:

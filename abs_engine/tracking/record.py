@@ -129,7 +129,7 @@ class Record:
     def copied(self) -> Record:
         """The same in memory, and free to be written to."""
         arrays = {k: v.copy() if isinstance(v, np.ndarray) else v for k, v in self.arrays.items()}
-        return replace(self, arrays=arrays, points=self.points.copy())
+        return replace(self, arrays=arrays, points=self.points.copy(), mesh=self.mesh.copied())
 
     def table(self) -> Iterator[list[Any]]:
         """The table of all frames, its heading first."""

@@ -92,6 +92,10 @@ class RunMesh(LinearSurface):
             f"{len(self.modes)} modes>"
         )
 
+    def copied(self) -> RunMesh:
+        """The same with arrays of its own: all runs with a head have its facets in common."""
+        return RunMesh(**{k: None if v is None else v.copy() for k, v in vars(self).items()})
+
     def save(self, folder: Path) -> None:
         """Write ``mesh.npz`` into an existing folder."""
         arrays = {name: values for name, values in vars(self).items() if values is not None}

@@ -302,7 +302,8 @@ def test_a_dataset_is_iterated_view_by_view(made):
 def test_a_view_of_a_dataset_has_a_number(made):
     dataset = load_dataset(made)
     assert [dataset[k].folder.name for k in range(len(dataset))] == ["front", "side"]
-    for number in (2, -1, "front"):
+    assert dataset[np.int64(1)].folder.name == "side"
+    for number in (2, -1, "front", 0.0):
         with pytest.raises(ParameterError, match=f"has no view {number!r}; count its 2 from 0"):
             dataset[number]
 
@@ -368,6 +369,8 @@ def test_a_hand_made_truth_needs_no_files():
     )  # fmt: skip
     np.testing.assert_array_equal(truth.points(np.array([2])), np.ones((2, 1, 3)))
     np.testing.assert_allclose(truth.pixels(1, np.array([0]))[0], [83.9, 60.42])
+    with pytest.raises(ParameterError, match="give 0 to 1"):
+        truth.vertices(-1)
 
 
 @pytest.mark.parametrize("part", ["", "talk"])
@@ -429,6 +432,26 @@ def test_altered_pictures_are_found_when_asked(copy, name):
     ):
         with pytest.raises(ModelFormatError, match=f"{name} was altered"):
             read()
+
+
+def test_a_frame_may_be_one_of_numpy_s_numbers(made):
+    truth, nose = load_truth(made / "talk/front"), np.array([30])
+    for kind in (np.int64, np.uint8):  # before the file is read, and after it
+        fresh = load_truth(made / "talk/front")
+        np.testing.assert_array_equal(fresh.vertices(kind(1)), truth.vertices(1))
+        np.testing.assert_array_equal(fresh.pixels(kind(1), nose), truth.pixels(1, nose))
+        for pose in ("pose", "world_pose"):
+            ours, plain = (getattr(truth, pose)(frame) for frame in (kind(1), 1))
+            np.testing.assert_array_equal(ours.rotation, plain.rotation)
+            np.testing.assert_array_equal(ours.translation, plain.translation)
+
+
+@pytest.mark.parametrize("frame", [FRAMES, -1])
+def test_no_frame_is_counted_from_the_end(made, frame):
+    truth, nose = load_truth(made / "talk/front"), np.array([30])
+    for read in (truth.vertices, truth.pose, truth.world_pose, lambda k: truth.pixels(k, nose)):
+        with pytest.raises(ParameterError, match=f"there is no frame {frame}; give 0 to 3"):
+            read(frame)
 
 
 def test_a_frame_that_is_not_there(copy):

@@ -49,6 +49,19 @@ def folder(tmp_path_factory):
     return made
 
 
+def test_what_is_copied_of_a_record_may_be_written_to():
+    recorder = Recorder(setting := toy_setting())
+    recorder.add(toy_result(0))
+    record, head = recorder.record(), setting.face.body
+    copied = record.copied()
+    for name in ("mean", "modes", "weights", "faces"):
+        mine, shared = getattr(copied.mesh, name), getattr(record.mesh, name)
+        np.testing.assert_array_equal(mine, shared)
+        assert not np.shares_memory(mine, shared), name
+    assert np.shares_memory(record.mesh.faces, head.faces)  # that of every run with this head
+    assert not np.shares_memory(copied.arrays["lip_vertex"], head.lips)
+
+
 def test_the_end_of_a_search_takes_no_memory_once_its_frame_is_recorded():
     end = Solution(np.zeros(26), "converged", 12.5, {}, 321, information=np.zeros((26, 26)))
     recorder, found = Recorder(toy_setting()), weakref.ref(end)
