@@ -6,6 +6,7 @@ y down, z forward.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.kinds import WHOLE
 from abs_engine.core.settings import GENERAL
 
 WIDEST_SIDE = 1 << 15
@@ -40,8 +42,9 @@ class Camera:
     Raises
     ------
     ParameterError
-        If a value is not finite, a focal length or the size is not positive, the picture is wider
-        than any, the depths are no range, or the distortion has more than eight coefficients.
+        If a value is not finite or of another kind, a focal length or the size is not positive, the
+        picture is wider than any, the depths are no range, or the distortion has more than eight
+        coefficients.
     """
 
     matrix: FloatArray
@@ -51,8 +54,15 @@ class Camera:
     far: float = 10_000.0
 
     def __post_init__(self) -> None:
-        matrix = np.asarray(self.matrix, np.float64).reshape(3, 3)
-        given = np.asarray(self.distortion, np.float64).ravel()
+        try:
+            matrix = np.array(self.matrix, np.float64).reshape(3, 3)
+            given = np.asarray(self.distortion, np.float64).ravel()
+        except (TypeError, ValueError) as error:
+            raise ParameterError(
+                "a camera is a 3x3 matrix and at most eight numbers of distortion",
+                "give both as OpenCV's calibration returns them",
+            ) from error
+        size = _checked_size(self.size)
         if given.size > 8 and np.any(given[8:]):
             raise ParameterError(
                 "thin-prism and tilted distortion are not supported",
@@ -62,9 +72,9 @@ class Camera:
         distortion[: min(8, given.size)] = given[:8]
         if not np.isfinite(matrix).all() or not np.isfinite(distortion).all():
             raise ParameterError("the camera holds NaN or infinity", "calibrate it again")
-        if not 0 < min(self.size) <= max(self.size) <= WIDEST_SIDE:
+        if not 0 < min(size) <= max(size) <= WIDEST_SIDE:
             raise ParameterError(
-                f"the image size is {self.size[0]}x{self.size[1]}", "check the calibration file"
+                f"the image size is {size[0]}x{size[1]}", "check the calibration file"
             )
         if not 0 < self.near < self.far < np.inf:
             raise ParameterError(
@@ -74,6 +84,7 @@ class Camera:
             raise ParameterError("focal lengths must be positive", "check the calibration file")
         object.__setattr__(self, "matrix", matrix)
         object.__setattr__(self, "distortion", distortion)
+        object.__setattr__(self, "size", size)
 
     @classmethod
     def ideal(cls, size: tuple[int, int], focal: float | None = None) -> Camera:
@@ -86,6 +97,7 @@ class Camera:
         focal : float, optional
             Focal length in pixels, by default `GENERAL.focal` times the larger side.
         """
+        size = _checked_size(size)
         focal = GENERAL.focal * max(size) if focal is None else focal
         centre = (size[0] - 1) / 2, (size[1] - 1) / 2
         return cls(np.array([[focal, 0, centre[0]], [0, focal, centre[1]], [0, 0, 1.0]]), size)
@@ -186,6 +198,16 @@ class Camera:
         (4, 4) float64
         """
         return _clip_matrix(self, window)
+
+
+def _checked_size(size: Sequence[int]) -> tuple[int, int]:
+    """Width and height as Python's own numbers; else `ParameterError`."""
+    sides = list(size) if isinstance(size, Iterable) else []
+    if len(sides) != 2 or not all(map(WHOLE[0], sides)):
+        raise ParameterError(
+            f"the image size is {size!r}", "give width and height, two whole numbers of pixels"
+        )
+    return int(sides[0]), int(sides[1])
 
 
 @lru_cache(maxsize=32)  # asked for in every drawing

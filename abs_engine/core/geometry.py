@@ -151,8 +151,8 @@ class Pose:
 
     def __post_init__(self) -> None:
         try:
-            turn = np.asarray(self.rotation, np.float64).reshape(3, 3)
-            shift = np.asarray(self.translation, np.float64).reshape(3)
+            turn = np.array(self.rotation, np.float64).reshape(3, 3)  # a caller may change its own
+            shift = np.array(self.translation, np.float64).reshape(3)
         except (TypeError, ValueError) as error:
             raise ParameterError(
                 "a pose is a 3x3 rotation matrix and a translation of 3 numbers",

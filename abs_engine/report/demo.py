@@ -192,6 +192,11 @@ def film_clip(
         Kept in the ground truth.
     keep : bool
         Whether what was filmed stays when it is interrupted, for the next call to go on from.
+
+    Raises
+    ------
+    ParameterError
+        If a value is of another kind, or there is no such sentence, person or label.
     """
     scene = sentence_scene(
         sentence, person=person, size=size, frames=frames, seed=seed, lossless=lossless,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,7 +95,8 @@ class RunMesh(LinearSurface):
 
     def copied(self) -> RunMesh:
         """The same with arrays of its own: all runs with a head have its facets in common."""
-        return RunMesh(**{k: None if v is None else v.copy() for k, v in vars(self).items()})
+        own: dict[str, Any] = {k: v.copy() for k, v in vars(self).items() if v is not None}
+        return RunMesh(**own)
 
     def save(self, folder: Path) -> None:
         """Write ``mesh.npz`` into an existing folder."""

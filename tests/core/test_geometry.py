@@ -137,12 +137,49 @@ def test_clip_coordinates_land_on_the_windows_pixels(window):
         {"distortion": np.r_[np.zeros(8), 0.1]},
         {"size": (0, 480)},
         {"near": 0.0},
+        {"matrix": np.eye(2)},
+        {"matrix": "a"},
+        {"distortion": "a"},
+        {"size": (512, 512, 3)},
+        {"size": (640.0, 480.0)},
+        {"size": (float("nan"), 480)},
+        {"size": np.array([[640, 480]])},
+        {"size": "64"},
+        {"size": 512},
+        {"size": None},
     ],
 )
 def test_a_camera_that_cannot_be(change):
     camera = lens("ideal")
     with pytest.raises(ParameterError):
         Camera(**{"matrix": camera.matrix, "size": camera.size, **change})
+
+
+@pytest.mark.parametrize("kind", [list, np.array, lambda size: tuple(np.array(size, np.int32))])
+def test_a_camera_s_size_is_kept_as_two_numbers(kind):
+    for camera in (Camera(lens("ideal").matrix, kind((640, 480))), Camera.ideal(kind((640, 480)))):
+        assert camera.size == (640, 480)
+        assert [type(side) for side in camera.size] == [int, int]
+
+
+@pytest.mark.parametrize("size", [(512, 512, 3), (64.5, 64), None, 512])
+def test_an_ideal_camera_of_a_size_that_is_none(size):
+    with pytest.raises(ParameterError, match=r"give width and height, two whole numbers"):
+        Camera.ideal(size)
+
+
+def test_poses_and_cameras_keep_what_they_were_made_of():
+    rotation, translation = np.eye(3), np.zeros(3)
+    matrix, distortion = lens("barrel").matrix.copy(), np.r_[0.1, np.zeros(7)]
+    pose, camera = Pose(rotation, translation), Camera(matrix, (640, 480), distortion)
+    turned = Pose.from_vectors(np.zeros(3), translation)
+    before = [a.copy() for a in (rotation, translation, matrix, distortion)]
+    for given in (rotation, translation, matrix, distortion):
+        given += 1
+    kept = (pose.rotation, pose.translation, camera.matrix, camera.distortion)
+    for mine, first in zip(kept, before, strict=True):
+        np.testing.assert_array_equal(mine, first)
+    np.testing.assert_array_equal(turned.translation, 0)
 
 
 def test_zero_thin_prism_coefficients_are_no_distortion():

@@ -126,6 +126,32 @@ def test_what_an_occluder_may_not_say(speaker, keys, words):
         plan(speaker, text)
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"labels": "normals"}, "the film, labels is 'normals'; give a list in [ ]"),
+        ({"labels": ("normal",)}, "labels 1 is 'normal' (nearest: 'normals'); give one of"),
+        ({"size": (64.0, 48)}, "the film, size 1 is 64.0; give a whole number"),
+        ({"size": (64, 48, 3)}, "the film, size has 3 entries; give 2"),
+        ({"frames": 2.0}, "the film, clip 'clip', frames is 2.0; give a whole number"),
+        ({"seed": "1"}, "the film, seed is '1'; give a whole number"),
+        ({"person": 3}, "the film, clip 'clip', speaker is 3; give text in quotes"),
+    ],
+)
+def test_a_sentence_is_checked_as_a_file_is(given, said):
+    with pytest.raises(ParameterError) as caught:
+        sentence_scene("demo", **given)
+    assert said in str(caught.value)
+
+
+def test_the_scene_of_a_sentence_takes_numpy_s_numbers():
+    plain = {"size": (64, 48), "frames": 2, "seed": 5, "lossless": True, "labels": ("flow",)}
+    scene = sentence_scene("demo", **plain)
+    ours = {"size": np.array([64, 48]), "frames": np.int64(2), "seed": np.uint8(5)}
+    assert repr(sentence_scene("demo", **(plain | ours | {"labels": ["flow"]}))) == repr(scene)
+    assert parse_scene(scene_text(scene)) == scene
+
+
 def test_text_in_quotes_and_odd_characters_comes_back():
     scene = sentence_scene('_ "a" \\ é \x7f \t_', seed=4, frames=9, lossless=True)
     assert parse_scene(scene_text(scene)) == scene

@@ -8,8 +8,8 @@ from abs_engine.studio.scenefile.scene import (
     Label,
     MotionEntry,
     SceneFile,
-    sentence_scene,
 )
+from abs_engine.studio.scenefile.sentence import sentence_scene
 from abs_engine.studio.scenefile.text import scene_text
 from abs_engine.studio.scenefile.values import (
     CameraEntry,

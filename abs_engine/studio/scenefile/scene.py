@@ -154,31 +154,3 @@ class SceneFile:
     occluder: tuple[OccluderEntry, ...] = ()
     event: tuple[EventEntry, ...] = ()
     clip: tuple[ClipEntry, ...] = ()
-
-
-def sentence_scene(
-    sentence: str,
-    *,
-    person: str = "clara",
-    size: tuple[int, int] = (320, 240),
-    frames: int | None = None,
-    seed: int = 0,
-    lossless: bool = False,
-    labels: tuple[Label, ...] = ("normals", "albedo", "flow"),
-) -> SceneFile:
-    """The scene of one person who says one built-in sentence before one ideal camera.
-
-    Parameters
-    ----------
-    sentence : str
-        Its name, or viseme symbols between spaces.
-    person : str
-    size : tuple of int
-    frames : int, optional
-    seed : int
-    lossless : bool
-        Keep every picture as it was before compression.
-    labels : tuple of str
-    """
-    clip = ClipEntry(name="clip", speaker=person, sentence=sentence, frames=frames)
-    return SceneFile(seed=seed, size=size, labels=labels, frames=lossless, clip=(clip,))
