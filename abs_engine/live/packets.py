@@ -40,7 +40,7 @@ def packet(name: str, seconds: float, rate: float, values: NDArray[np.float64] |
         Weights, then angles in radians; None where no face is seen.
     """
     identity, coded, fps = uuid5(NAMESPACE_DNS, name), name.encode(), max(1, round(rate))
-    whole, part = divmod(seconds * fps, 1)
+    whole, part = divmod(round(seconds * fps, 6), 1)  # as 32 bits have it, never 1
     head = struct.pack("<I", _VERSION) + f"${identity}".upper().encode()
     head += struct.pack("!i", len(coded)) + coded
     if values is None:

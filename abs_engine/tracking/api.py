@@ -12,6 +12,7 @@ from typing import Any
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import CALLED, PATH, check_kind, to_path
+from abs_engine.core.numpy_errors import as_usual
 from abs_engine.core.registry import nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import closed_after
@@ -30,6 +31,7 @@ from abs_engine.tracking.smoothing import Smoothing
 _INTERNAL = ("model_file",)  # follows from `model`
 
 
+@as_usual()
 def track(
     video: str | Path,
     output: str | Path | None = None,

@@ -11,6 +11,8 @@ from types import MappingProxyType
 from typing import Any
 
 from abs_engine.core.camera import Camera
+from abs_engine.core.kinds import to_path
+from abs_engine.core.numpy_errors import as_usual
 from abs_engine.core.provenance import code_digest
 from abs_engine.core.registry import PLUGINS
 from abs_engine.core.scene import Renderer
@@ -40,6 +42,7 @@ DISCARDED = (
 )
 
 
+@as_usual()
 def prepare(
     video: Path,
     renderer: Renderer,
@@ -69,7 +72,7 @@ def prepare(
     PluginError
         If what is chosen cannot be imported, or a plugin's model fails.
     """
-    tell = stage or silent
+    video, tell = to_path("video", video), stage or silent
     tell("reading the video")
     return prepare_clip(clip_of(video, probe(video), options), renderer, options, tell)
 
@@ -112,6 +115,7 @@ def silent(_stage: str) -> None:
     """Tell nobody."""
 
 
+@as_usual()
 def track_video(
     video: Path,
     folder: Path,
@@ -168,6 +172,7 @@ def track_video(
     OutputError
         If the folder exists or cannot be written; `SameOutputError` if it is this run, whole.
     """
+    video, folder = to_path("video", video), to_path("folder", folder)
     check_options(options, probe(video))
     choices, by = _choices(video, options, beside), renderer.description
     with Unfinished(folder, choices, anew=True, by=by) as made:

@@ -49,6 +49,16 @@ def test_a_packet_is_read_back():
     np.testing.assert_allclose(values, VALUES, atol=1e-6)
 
 
+def test_a_frame_s_part_never_rounds_up_to_the_next():
+    """29 / 25 * 25 is a little less than 29, and less than that by too little for 32 bits."""
+    fps = 25
+    assert 29 / fps * fps < 29
+    frame, part, *_ = decoded(packet("Jo", 29 / fps, fps, VALUES))[3]
+    assert (frame, part) == (29, 0)
+    frame, part, *_ = decoded(packet("Jo", 29.25 / fps, fps, VALUES))[3]
+    assert (frame, part) == (29, 0.25)
+
+
 def test_a_frame_without_a_face_has_no_values():
     assert decoded(packet("Jo", 1.0, 25.0, None))[3] is None
 

@@ -17,6 +17,7 @@ from abs_engine.core.errors import InputFileError, OutputError, ParameterError, 
 from abs_engine.core.registry import DRIVERS
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.drivers import Driver
+from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import loop
 from abs_engine.tracking.options import TrackOptions
 
@@ -161,6 +162,29 @@ def test_what_is_no_path_of_a_video(video):
 def test_a_video_that_is_not_there():
     with pytest.raises(InputFileError, match=r"nowhere\.mp4 does not exist"):
         abs_engine.track("nowhere.mp4")
+
+
+def test_paths_may_be_text_wherever_a_video_is_tracked(video, tmp_path):
+    told = abs_engine.track_video(str(video), str(tmp_path / "run"), CpuRenderer())
+    assert (tmp_path / "run" / told["settings"]["video_path"]).resolve() == video.resolve()
+    assert (tmp_path / "run" / "results.csv").is_file()
+
+
+def test_how_a_caller_has_numpy_treat_tiny_numbers_is_left_outside(video, run, recwarn):
+    with np.errstate(all="raise"):
+        found = abs_engine.track(video, renderer="cpu", terms="colour")
+        results = abs_engine.prepare(
+            video, CpuRenderer(), TrackOptions(terms=("colour",))
+        ).results()
+        seen = []
+        for _, one in results:
+            assert np.geterr() == dict.fromkeys(("divide", "over", "under", "invalid"), "raise")
+            seen.append(one.aperture)
+    np.testing.assert_array_equal(found.aperture, run.aperture)
+    np.testing.assert_array_equal(seen, run.aperture)
+    with np.errstate(all="warn"):
+        abs_engine.track(video, renderer="cpu", terms="colour")
+    assert not [one for one in recwarn if issubclass(one.category, RuntimeWarning)]
 
 
 def test_an_address_in_place_of_a_video():
