@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from abs_engine.core.camera import Camera, Window
     from abs_engine.core.errors import AbsEngineError
     from abs_engine.core.geometry import Mesh, Pose
+    from abs_engine.core.objective import Evaluation
     from abs_engine.core.params import ParamSpec
     from abs_engine.core.registry import (
         DRIVERS,
@@ -48,7 +49,7 @@ if TYPE_CHECKING:
     from abs_engine.optimise.drivers import Driver
     from abs_engine.render.diagnose import diagnose
     from abs_engine.render.select import open_renderer
-    from abs_engine.report.demo import film_clip, run_demo
+    from abs_engine.report.demo import DemoOptions, film_clip, run_demo
     from abs_engine.report.gathering import ReportOptions, write_report
     from abs_engine.studio.filming import film_scene
     from abs_engine.studio.scenefile import SceneFile, read_scene
@@ -96,6 +97,7 @@ _HOME = {
     # clips with known truth
     "film_clip": "report.demo",
     "run_demo": "report.demo",
+    "DemoOptions": "report.demo",
     "Truth": "dataset",
     "load_truth": "dataset",
     "Dataset": "dataset",
@@ -125,6 +127,7 @@ _HOME = {
     "TermKind": "fit.terms",
     "Problem": "fit.problem",
     "ParamSpec": "core.params",
+    "Evaluation": "core.objective",
     "Driver": "optimise.drivers",
     "Solution": "optimise.base",
     "Preset": "tracking.presets",
@@ -151,7 +154,9 @@ __all__ = [
     "ClassMaps",
     "ColourError",
     "Dataset",
+    "DemoOptions",
     "Driver",
+    "Evaluation",
     "Exporter",
     "Face",
     "FrameResult",

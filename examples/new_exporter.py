@@ -11,9 +11,9 @@ from abs_engine import EXPORTERS, Exporter, Loss, TrackedRun
 
 
 def stamp(seconds: float) -> str:
-    """Hours, minutes and seconds."""
-    minutes, rest = divmod(seconds, 60)
-    return f"{int(minutes) // 60:02d}:{int(minutes) % 60:02d}:{rest:06.3f}"
+    """Hours, minutes and seconds, rounded before they are counted: no second is a 60th."""
+    minutes, rest = divmod(round(1000 * seconds), 60_000)
+    return f"{minutes // 60:02d}:{minutes % 60:02d}:{rest / 1000:06.3f}"
 
 
 def write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:

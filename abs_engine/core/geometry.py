@@ -27,16 +27,21 @@ class Mesh:
     Raises
     ------
     MeshError
-        If a coordinate is not finite, an index is out of range, or no facet has an area.
+        If a coordinate is not finite, an index is no whole number or out of range, or no facet has
+        an area.
     """
 
     vertices: FloatArray
     faces: NDArray[np.int32]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", np.asarray(self.vertices, np.float64))
-        object.__setattr__(self, "faces", np.asarray(self.faces, np.int32))
-        check_mesh(self.vertices, self.faces)
+        try:
+            vertices = np.asarray(self.vertices, np.float64)
+        except (TypeError, ValueError) as error:
+            raise MeshError("vertices are not three numbers each", "give (V, 3), in mm") from error
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", _indices(self.faces))
+        check_mesh(vertices, self.faces)
 
     def areas(self) -> FloatArray:
         """Area of every facet, (F,) float64, mm^2."""
@@ -65,6 +70,21 @@ def check_mesh(vertices: FloatArray, faces: NDArray[np.int32]) -> None:
     _check_indices(vertices, faces)
     if not np.any(_facet_cross(vertices, faces)):
         raise MeshError("every facet of the mesh has zero area", "check the vertices' units")
+
+
+def _indices(faces: ArrayLike) -> NDArray[np.integer]:
+    """Indices as int32 where none is altered by it, and as they are where some are too large."""
+    try:
+        given = np.asarray(faces)
+        whole = given if given.dtype.kind in "iu" else np.asarray(given, np.float64)
+        if (whole != np.floor(whole)).any():
+            raise ValueError("NaN or a fraction")
+    except (TypeError, ValueError) as error:
+        raise MeshError(
+            "indices of facets are not whole numbers", "give triangular faces (F, 3)"
+        ) from error
+    fits = np.abs(whole).max(initial=0) < 1 << 31
+    return whole.astype(np.int32 if fits else np.int64)
 
 
 def _check_indices(vertices: FloatArray, faces: NDArray[np.integer]) -> None:

@@ -22,6 +22,8 @@ from abs_engine.core.kinds import TEXT, check_kind
 def nearest(name: str, known: Iterable[str]) -> str:
     """Advice about an unknown name: the nearest one is given, and all of them if few."""
     names = list(known)
+    if not names:
+        return "there is none to choose"
     close = difflib.get_close_matches(name, names, 1)
     every = f"choose one of {', '.join(names)}"
     if not close:
@@ -190,7 +192,7 @@ TERMS = Registry("term", ("bind", "gives", "learned", "beside", "what", "remedy"
 DRIVERS = Registry("driver", ("minimiser", "needs", "settings"))
 """What moves the parameters."""
 RENDERERS = Registry("renderer", ("__call__",))
-"""What draws."""
+"""What draws, of packages and plugins alone; `open_renderer` has the engine's own beside them."""
 PRESETS = Registry("preset", ("model", "terms", "driver", "start"))
 """Choices of all of these together."""
 EXPORTERS = Registry("exporter", ("text", "write", "suffix"))

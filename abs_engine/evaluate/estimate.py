@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray
-from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.io.arrays import Layout, check_arrays, of_json, real, whole
 from abs_engine.io.assets import CLOSED_APERTURE
 from abs_engine.tracking.run_mesh import LinearSurface
 
@@ -124,6 +126,42 @@ def within(estimate: Estimate, seen: BoolArray) -> Estimate:
 RUN_KEYS = ("lip_points", "lip_vertex", "rotation", "translation", "aperture", "width")
 
 
+_LAYOUT: Layout = {
+    "lip_points": real("T", "N", 3, gaps=True),
+    "lip_vertex": whole("N"),
+    **dict.fromkeys(("rotation", "translation"), real("T", 3, gaps=True)),
+    **dict.fromkeys(("aperture", "width"), real("T", gaps=True)),
+}
+
+
+def run_arrays(given: Mapping[str, ArrayLike]) -> dict[str, NDArray[Any]]:
+    """Arrays of a run that nothing has read, which may be lists, as arrays; see `check_run`.
+
+    Raises
+    ------
+    InputFileError
+        If one is missing.
+    ParameterError
+        If one is of another kind or shape, or holds infinity.
+    """
+    run = {k: v if isinstance(v, np.ndarray) else of_json(v) for k, v in given.items()}
+    _check_keys(run)
+    counts = {k: len(run[k]) for k in RUN_KEYS if k != "lip_vertex" and run[k].ndim}
+    same = len(set(counts.values())) == 1  # otherwise `check_run` says how many frames there are
+    layout = {k: v if same else replace(v, shape=(k, *v.shape[1:])) for k, v in _LAYOUT.items()}
+    try:
+        return run | check_arrays(Path("the run"), run, layout, "give arrays as load_run does")
+    except ModelFormatError as error:
+        raise ParameterError(error.problem, error.remedy) from error
+
+
+def _check_keys(run: Mapping[str, object]) -> None:
+    """Raise `InputFileError` if a run lacks an array."""
+    missing = [key for key in RUN_KEYS if key not in run]
+    if missing:
+        raise InputFileError(f"the run lacks {', '.join(missing)}", "track the clip again")
+
+
 def check_run(run: Mapping[str, NDArray[Any]], frames: int, vertices: int) -> None:
     """Raise unless a run has all arrays, and is of so many frames and of such a mesh.
 
@@ -134,9 +172,7 @@ def check_run(run: Mapping[str, NDArray[Any]], frames: int, vertices: int) -> No
     ParameterError
         If it is of other frames or of another mesh.
     """
-    missing = [key for key in RUN_KEYS if key not in run]
-    if missing:
-        raise InputFileError(f"the run lacks {', '.join(missing)}", "track the clip again")
+    _check_keys(run)
     lengths = {len(run[key]) for key in RUN_KEYS if key != "lip_vertex"}
     if lengths != {frames}:
         raise ParameterError(

@@ -15,7 +15,7 @@ from abs_engine.core.kinds import WHOLE, check_kind, is_of, to_path
 from abs_engine.dataset import Truth, load_truth
 from abs_engine.evaluate.catalogue import warn_of_faults
 from abs_engine.evaluate.closing import narrow
-from abs_engine.evaluate.estimate import check_run, of_run
+from abs_engine.evaluate.estimate import check_run, of_run, run_arrays
 from abs_engine.evaluate.metrics import Mean, squared_distance, value, without_constant_offset
 from abs_engine.evaluate.score import Score, measure, summary
 from abs_engine.tracking.record import load_run
@@ -68,8 +68,9 @@ def score(
         value is of another kind.
     """
     check_kind("seed", seed, WHOLE)
-    arrays = {k: v for k, v in _arrays(run).items() if k != "closed"}
+    given = {k: v for k, v in _arrays(run).items() if k != "closed"}
     truth = truth if isinstance(truth, Truth) else load_truth(to_path("truth", truth))
+    arrays = run_arrays(given)
     check_run(arrays, len(truth), len(truth.neutral))
     marks = truth.landmarks.get("landmark_68")
     warn_of_faults()

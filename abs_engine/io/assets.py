@@ -92,7 +92,10 @@ class Speaker:
         return self.own_texture is not None
 
     def class_id(self, name: str) -> int:
-        """Id of a facet class by its name."""
+        """Id of a facet class by its name; `ParameterError` where there is none."""
+        if name not in self.class_names:
+            known = nearest(name, self.class_names)
+            raise ParameterError(f"there is no facet class '{name}'", known)
         return self.class_names.index(name)
 
     def vertices_of(self, *classes: str) -> NDArray[np.int32]:

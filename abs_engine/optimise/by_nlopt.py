@@ -60,6 +60,8 @@ class Simplex:
 
         Parameters
         ----------
+        objective : callable
+            Given a vector (N,), returns an `Evaluation`.
         start : (N,) float64
             Moved into the bounds where it is outside.
         spec : ParamSpec

@@ -39,6 +39,13 @@ def test_normals_are_weighted_by_area_and_zero_where_there_is_none():
     np.testing.assert_array_equal(normals[4], 0)
 
 
+def test_facets_may_be_whole_numbers_of_any_kind():
+    for kind in (np.uint16, np.int64, np.float64):
+        faces = Mesh(SQUARE, HALVES.astype(kind)).faces
+        assert faces.dtype == np.int32
+        np.testing.assert_array_equal(faces, HALVES)
+
+
 @pytest.mark.parametrize("faces", [HALVES + 1, HALVES - 1, HALVES + 10**6])
 def test_normals_of_facets_that_point_outside_of_the_vertices_are_refused(faces):
     with pytest.raises(MeshError, match="outside of the 4 vertices"):
@@ -56,6 +63,12 @@ def test_no_facets_have_no_normals():
         (np.where(SQUARE == 3, np.inf, SQUARE), HALVES, "NaN or infinite"),
         (SQUARE, HALVES + 1, "outside of the 4 vertices"),
         (SQUARE, HALVES - 1, "outside of the 4 vertices"),
+        (SQUARE, HALVES + 2**32, "outside of the 4 vertices"),
+        (SQUARE, HALVES + 0.7, "not whole numbers"),
+        (SQUARE, np.where(HALVES == 3, np.nan, HALVES), "not whole numbers"),
+        (SQUARE, [["a", "b", "c"]], "not whole numbers"),
+        (SQUARE, [[0, 1], [0, 1, 2]], "not whole numbers"),
+        ([[0, 0, 0], [1, 0]], HALVES, "not three numbers each"),
         (SQUARE, np.zeros((0, 3), int), "outside"),
         (SQUARE * 0, HALVES, "zero area"),
         (SQUARE[:, :2], HALVES, "shapes"),

@@ -40,6 +40,7 @@ from abs_engine.tracking.presets import resolved
 def test_the_nearest_name_is_given():
     assert nearest("simplx", ["simplex", "forces"]).startswith("did you mean 'simplex'?")
     assert nearest("zzz", ["simplex", "forces"]) == "choose one of simplex, forces"
+    assert nearest("zzz", []) == "there is none to choose"
 
 
 @pytest.mark.parametrize("registry", [MODELS, TERMS, DRIVERS, PRESETS])

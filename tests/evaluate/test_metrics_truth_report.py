@@ -144,6 +144,31 @@ def test_curves_are_drawn(truth, run, tmp_path):
     assert picture.std() > 5
 
 
+def test_a_run_of_lists_scores_as_one_of_arrays(truth, run):
+    run |= {"aperture_sd": np.full(FRAMES, 0.5)}
+    listed = {name: np.asarray(given).tolist() for name, given in run.items()}
+    np.testing.assert_equal(values(listed, truth), values(run, truth))
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "said"),
+    [
+        ("lip_vertex", lambda v: v.astype(float), "holds float64, not whole numbers"),
+        ("rotation", lambda v: np.tile(np.eye(3), (len(v), 1, 1)), "has shape (40, 3, 3), not"),
+        ("lip_points", lambda v: v[..., :2], "has shape (40, 10, 2), not"),
+        ("lip_vertex", lambda v: v[:5], "'lip_vertex' of the run has shape (5,), not (10)"),
+        ("aperture", lambda v: np.array(["wide"] * len(v)), "not real numbers"),
+        ("aperture", lambda v: np.full(len(v), np.inf), "'aperture' of the run holds infinity"),
+        ("aperture", lambda v: [[1.0]] + [[1.0, 2.0]] * (len(v) - 1), "'aperture' of the run"),
+        ("width", lambda _v: 3.0, "'width' of the run has shape (), not (40)"),
+    ],
+)
+def test_arrays_that_are_none_of_a_run_are_named(truth, run, name, change, said):
+    with pytest.raises(ParameterError) as caught:
+        score(run | {name: change(run[name])}, truth)
+    assert said in str(caught.value)
+
+
 def test_runs_of_something_else_are_refused(truth, run):
     with pytest.raises(InputFileError, match="lacks aperture, width"):
         score({k: v for k, v in run.items() if k not in ("aperture", "width")}, truth)

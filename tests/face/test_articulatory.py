@@ -97,6 +97,9 @@ def test_direct_inversion_is_least_squares_over_the_points_that_are_there():
 
 def test_habits_of_scikit_learn():
     estimator = GuidedPCA(NAMES, GROUPS, (JAW,))
+    for early in (estimator.transform, estimator.inverse_transform):
+        with pytest.raises(ParameterError, match="nothing was learned yet; call fit first"):
+            early(np.zeros((1, 36)))
     assert set(estimator.get_params()) == {"names", "groups", "predictors", "missing"}
     assert estimator.set_params(predictors=(JAW, LIPS)) is estimator
     alpha, points = visemes()

@@ -85,6 +85,12 @@ def test_the_mouth_of_everybody_is_sealed_at_rest(speaker, person):
     assert 35 < width < 70
 
 
+def test_a_facet_class_that_is_not_there_is_named(speaker):
+    with pytest.raises(ParameterError, match="no facet class 'lip'; choose one of back"):
+        speaker.vertices_of("lip")
+    assert speaker.class_names[speaker.class_id("skin")] == "skin"
+
+
 @pytest.mark.parametrize("person", PEOPLE[1:])
 def test_no_light_falls_between_resting_lips(speaker, person):
     """Neither teeth nor the dark show from 15 degrees below to 15 above, but for a few pixels."""

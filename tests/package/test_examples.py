@@ -7,6 +7,7 @@ from contextlib import closing
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -138,6 +139,21 @@ def test_a_new_exporter(added, tmp_path):
     assert lines[0] == "WEBVTT"
     assert [line for line in lines if "-->" in line][2] == "00:00:00.120 --> 00:00:00.160"
     assert sum(line.startswith("lips ") for line in lines) == 3
+
+
+@pytest.mark.parametrize(
+    ("rate", "frame", "span"),
+    [
+        (30000 / 1001, 8991, "00:05:00.000 --> 00:05:00.033"),
+        (30000 / 1001, 8990, "00:04:59.966 --> 00:05:00.000"),
+        (25.0, 92500, "01:01:40.000 --> 01:01:40.040"),
+    ],
+)
+def test_times_of_a_new_exporter_carry_into_the_minute(added, tmp_path, rate, frame, span):
+    entry = EXPORTERS.get(added("new_exporter"))
+    arrays = {"aperture": np.array([4.0]), "time": np.array([frame / rate])}
+    entry.write(SimpleNamespace(arrays=arrays, rate=rate), tmp_path / "lips.vtt")
+    assert span in (tmp_path / "lips.vtt").read_text(encoding="utf-8").splitlines()
 
 
 def test_a_new_metric(added):

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import abs_engine
@@ -46,6 +47,8 @@ def test_every_public_name_can_be_imported():
     ("read_scene", (3,), "path is 3; give a path"),
     ("read_corpus", (None,), "path is None; give a path"),
     ("write_report", (["run"], "x.html", None), "options is None; give ReportOptions"),
+    ("prepare", (3, None), "video is 3; give a path"),
+    ("track_video", ("x.mp4", None, None), "folder is None; give a path"),
 ])  # fmt: skip
 def test_values_of_another_kind_are_refused_by_name(name, values, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -62,6 +65,16 @@ def test_what_public_functions_take_is_public_too(tmp_path):
     scene = tmp_path / "scene.toml"
     scene.write_text('format = "abs_engine.scene"\nversion = 1\n')
     assert isinstance(abs_engine.read_scene(scene), abs_engine.SceneFile)
+
+
+def test_what_solvers_and_the_demo_take_is_public_too():
+    spec = abs_engine.ParamSpec(("a",), ("mm",), np.ones(1), -np.ones(1), np.ones(1))
+    found = abs_engine.Simplex().minimise(
+        lambda x: abs_engine.Evaluation(float(x @ x), {"x": 0.0}), np.array([0.5]), spec
+    )
+    assert abs(found.x[0]) < 0.1
+    demo = inspect.signature(abs_engine.run_demo).parameters["options"].default
+    assert demo == abs_engine.DemoOptions()
 
 
 def test_importing_the_package_imports_nothing_heavy():

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.errors import ParameterError, TooFewPointsError
-from abs_engine.face.shape.articulatory_model import ArticulatoryModel, refuse_complex
+from abs_engine.face.shape.articulatory_model import ArticulatoryModel, learned, refuse_complex
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
 
 Missing = Literal["refuse", "drop", "impute"]
@@ -154,12 +154,12 @@ class GuidedPCA:
         Raises
         ------
         ParameterError
-            If shapes do not fit.
+            If shapes do not fit, or nothing was learned yet.
         TooFewPointsError
             If the points that are there do not determine the parameters.
         """
         points = _shaped(X, len(self.names))
-        return self.model_.invert(points[:, self._kept])
+        return learned(self).invert(points[:, self._kept])
 
     def fit_transform(self, X: FloatArray, y: None = None) -> FloatArray:
         """`fit`, then `transform` of the same."""
@@ -167,7 +167,7 @@ class GuidedPCA:
 
     def inverse_transform(self, X: FloatArray) -> FloatArray:
         """Points (V, N, 3), mm, without those left out, of parameters (V, P)."""
-        return self.model_.points(X)
+        return learned(self).points(X)
 
     def get_feature_names_out(self, input_features: None = None) -> NDArray[np.object_]:
         """Names of the parameters."""

@@ -202,6 +202,14 @@ class ArticulatoryModel:
         write_npz(path, FORMAT, VERSION, self.arrays())
 
 
+def learned(estimator: object) -> ArticulatoryModel:
+    """The model of an estimator; `ParameterError` before its `fit`."""
+    model = getattr(estimator, "model_", None)
+    if not isinstance(model, ArticulatoryModel):
+        raise ParameterError("nothing was learned yet", "call fit first")
+    return model
+
+
 def refuse_complex(points: ArrayLike) -> None:
     """Raise `ParameterError` for complex numbers, of which NumPy would drop the imaginary parts."""
     if np.iscomplexobj(points):
