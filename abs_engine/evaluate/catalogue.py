@@ -183,7 +183,7 @@ BUILT_IN: tuple[Metric, ...] = (
     Metric(
         "closure_onset_error_ms", "closure onset, mean error", "ms",
         "mean size of the difference of onsets, over closures found, but for those at a clip's "
-        "first frame or after a lost one",
+        "first frame, or after one that is lost or without the head",
     ),
     Metric(
         "closure_onset_bias_ms", "closure onset, bias", "ms",

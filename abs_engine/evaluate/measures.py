@@ -106,10 +106,10 @@ def curve_means(
 
 
 def closure_means(
-    found: BoolArray, true: BoolArray, rate: float, lost: BoolArray
+    found: BoolArray, true: BoolArray, rate: float, lost: BoolArray, unseen: BoolArray
 ) -> dict[str, Mean]:
     """Frames, events and onsets of closures; an event counts in the frame in which it begins."""
-    events = metrics.closure_events(found, true, lost)
+    events = metrics.closure_events(found, true, lost, unseen)
     hits = events.found[events.pairs[:, 0], 0], events.true[events.pairs[:, 1], 0]
     begun = events.found[:, 0], events.true[:, 0]
     late = np.full(len(true), np.nan)

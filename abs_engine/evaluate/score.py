@@ -118,8 +118,7 @@ def measure(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) 
             numbers[f"{name}_correlation"] = metrics.correlation(said.curves[name], true)
     closed = closures(said, truth, true_curves["aperture"], landmark_68)
     if closed is not None:
-        lost = ~said.found & seen
-        means |= closure_means(closed[0], closed[1] & seen, truth.rate, lost)
+        means |= closure_means(closed[0], closed[1] & seen, truth.rate, ~said.found, ~seen)
     means |= _added_means(said, truth)
     notes = () if given is None else given.notes()
     return ClipScores(estimate.name, truth.rate, means, numbers, closed, notes)
@@ -196,9 +195,10 @@ def summary(clips: Sequence[ClipScores], *, seed: int = 0) -> dict[str, Score]:
     """
     scores: dict[str, Score] = {}
     for metric in catalogue():
-        means = [clip.means[metric.key] for clip in clips if metric.key in clip.means]
+        given = [clip for clip in clips if metric.key in clip.means]
+        means = [clip.means[metric.key] for clip in given]
         if means:
-            low, high = confidence(means, clips[0].rate, seed=seed)
+            low, high = confidence(means, [clip.rate for clip in given], seed=seed)
             scores[metric.key] = Score(value(means), low, high)
         numbers = [clip.numbers[metric.key] for clip in clips if metric.key in clip.numbers]
         if numbers:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from results import (
@@ -19,8 +21,10 @@ from results import (
 
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.evaluate.arkit_csv import read_arkit
+from abs_engine.evaluate.estimate import Estimate
 from abs_engine.evaluate.landmark_csv import read_landmarks
 from abs_engine.evaluate.metrics import closed_intervals
+from abs_engine.evaluate.metrics.bootstrap import value
 from abs_engine.evaluate.score import measure, summary
 
 
@@ -161,3 +165,18 @@ def test_lost_frames_do_not_make_exact_closures_wrong(truth, reference, tmp_path
         assert scores["closure_precision_events"].value == 1
         assert scores["closure_recall_events"].value == 1
         assert scores["closure_onset_error_ms"].value == 0
+
+
+@pytest.mark.parametrize("begins", [13, 33])
+def test_a_closure_that_goes_on_out_of_the_picture_has_one_onset(truth, begins):
+    """It is found 3 frames late, and again where the head comes back, at once or 3 frames late."""
+    marks, far = truth.landmarks["landmark_68"], truth.translations.copy()
+    far[15:30, 0] = 2000.0  # far to the right of the picture
+    frames = np.arange(FRAMES)
+    true = (frames >= 10) & (frames < 40)
+    again = (frames >= begins) & (frames < 45)
+    away = replace(truth, translations=far, closed=true)
+    said = Estimate("n", np.ones(FRAMES, bool), closed=again | ((frames >= 13) & (frames < 15)))
+    scores = measure(said, away, marks).means
+    assert scores["closure_onset_error_ms"].weight.sum() == 1
+    assert value([scores["closure_onset_bias_ms"]]) == pytest.approx(3000 / RATE)

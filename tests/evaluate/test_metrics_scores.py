@@ -10,6 +10,7 @@ from abs_engine.core.geometry import rotations
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.metrics import bootstrap
 from abs_engine.evaluate.metrics.bootstrap import Mean, confidence, value
+from abs_engine.evaluate.score import ClipScores, summary
 
 NAN = float("nan")
 
@@ -213,6 +214,22 @@ def test_several_clips_are_drawn_whole():
     # The number of 10s is binomial(4, 1/4): P(0) = 0.316, P(3 or 4) = 0.051, P(4) = 0.004.
     assert (low, high) == (0.0, 7.5)
     assert confidence([Mean.of(np.full(9, 3.0))], 25.0) == (3.0, 3.0)
+
+
+def test_clips_at_several_rates_are_drawn_in_blocks_of_their_own():
+    """The first clip's rate says nothing of the frames of the second."""
+    slow = np.repeat(np.random.default_rng(4).normal(size=100), 10)  # 10 alike in a row
+    few, many = Mean.of(np.zeros(1)), Mean.of(slow)
+    means = {"lip_points_jitter_mm": few}, {"lip_points_jitter_mm": many, "jaw_jitter_mm": many}
+    clips = [ClipScores("n", r, m, {}) for r, m in zip((2.0, 80.0), means, strict=True)]
+    scores = summary(clips)
+    for key, given, rates in (
+        ("jaw_jitter_mm", [many], 80.0), ("lip_points_jitter_mm", [few, many], [2.0, 80.0])
+    ):  # fmt: skip
+        assert (scores[key].low, scores[key].high) == confidence(given, rates)
+    bounds = [confidence([many, many], r) for r in (2.0, [2.0, 80.0], 80.0)]
+    short, mixed, long = (high - low for low, high in bounds)
+    assert short < mixed < long
 
 
 def test_resampled_clips_have_the_length_of_the_clip():

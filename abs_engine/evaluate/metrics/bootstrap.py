@@ -73,7 +73,7 @@ def block_length(frames: int, rate: float) -> int:
 
 def confidence(
     means: Sequence[Mean],
-    rate: float,
+    rate: ArrayLike,
     *,
     seed: int = 0,
     resamples: int = RESAMPLES,
@@ -89,7 +89,7 @@ def confidence(
     Parameters
     ----------
     means : sequence of Mean, one for each clip
-    rate : float
+    rate : float, or sequence of float, one for each clip
         Frames per second, for the length of the blocks.
     level : float
         Between 0 and 1.
@@ -108,13 +108,14 @@ def confidence(
         raise ParameterError("this is not a confidence interval", "give a level between 0 and 1")
     if seed < 0:
         raise ParameterError(f"the seed is {seed}", "give 0 or more")
+    rates = np.broadcast_to(np.asarray(rate, np.float64), len(means))
     rng = np.random.default_rng(seed)
     part, weight = np.zeros(resamples), np.zeros(resamples)
     for _ in means:
         drawn = rng.integers(len(means), size=resamples)
         for number in np.unique(drawn):
             chosen = np.flatnonzero(drawn == number)
-            sums = _resampled(means[number], rate, len(chosen), rng)
+            sums = _resampled(means[number], float(rates[number]), len(chosen), rng)
             part[chosen] += sums[0]
             weight[chosen] += sums[1]
     values = _finish(part, weight, means[0].root)

@@ -40,8 +40,8 @@ class ClosureEvents:
         See `closed_intervals`.
     pairs : (P, 2) int64
         See `match_events`.
-    sure : (E,) bool
-        Whether the frame before a found closure is known to be open.
+    sure : (P,) bool
+        Whether it is known of both closures of a pair that the frame before is open.
     """
 
     found: IntArray
@@ -53,14 +53,18 @@ class ClosureEvents:
     def onsets(self) -> IntArray:
         """First frames (P', 2) of the pairs, found and true.
 
-        Not of closures that begin a clip, or that are found after a lost frame.
+        Not of closures that begin a clip, or that are found after a lost frame, or where the truth
+        is not seen before.
         """
         both = np.stack([self.found[self.pairs[:, 0], 0], self.true[self.pairs[:, 1], 0]], axis=1)
-        return both[(both > 0).all(axis=1) & self.sure[self.pairs[:, 0]]]
+        return both[(both > 0).all(axis=1) & self.sure]
 
 
 def closure_events(
-    estimated: ArrayLike, truth: ArrayLike, lost: ArrayLike | None = None
+    estimated: ArrayLike,
+    truth: ArrayLike,
+    lost: ArrayLike | None = None,
+    unseen: ArrayLike | None = None,
 ) -> ClosureEvents:
     """Closures (runs of closed frames) against the true ones.
 
@@ -74,6 +78,9 @@ def closure_events(
     lost : (T,) bool, optional
         Frames of which the estimate says nothing. Those within a true closure do not divide what
         is found on both sides of them.
+    unseen : (T,) bool, optional
+        Frames that do not count: a true closure that goes on while the head is out of the picture
+        has no onset where the head comes back.
 
     Raises
     ------
@@ -81,13 +88,14 @@ def closure_events(
         If the lengths differ.
     """
     closed, true_closed = _same_frames(estimated, truth)
-    unknown = np.zeros_like(closed)
-    if lost is not None:
-        _, unknown = _same_frames(closed, lost)
+    never = np.zeros_like(closed)
+    _, unknown = _same_frames(closed, never if lost is None else lost)
+    _, away = _same_frames(closed, never if unseen is None else unseen)
     found = closed_intervals(_joined(closed, true_closed, unknown))
     true = closed_intervals(true_closed)
-    sure = ~unknown[np.maximum(found[:, 0] - 1, 0)]
-    return ClosureEvents(found, true, match_events(found, true), sure)
+    pairs = match_events(found, true)
+    before = [np.maximum(k[:, 0] - 1, 0) for k in (found[pairs[:, 0]], true[pairs[:, 1]])]
+    return ClosureEvents(found, true, pairs, ~unknown[before[0]] & ~away[before[1]])
 
 
 def _joined(closed: BoolArray, truth: BoolArray, lost: BoolArray) -> BoolArray:
