@@ -64,7 +64,8 @@ class FaceBinder:
         base, window = PoseFrame(pose, face.pivot), lip_window(face.border, pose, self.camera)
         given = frame.image, self.camera, self.renderer, base, window, starts[0]
         terms = bound(self.kinds, face, View(*given))
-        still = np.full(count, np.inf if last is None else step_deviation(self.rate))
+        step = step_deviation(self.rate, memory.gap)
+        still = np.full(count, np.inf if last is None else step)
         near = GaussianPrior(starts[0], joined(POSE_DEVIATION, still))
         free, priors = free_blocks(self.pose_held), (*self.priors, near)
         problem = Problem(base, face.blocks, terms, priors, free, mobility=mobility_of(count))

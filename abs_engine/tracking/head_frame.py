@@ -165,9 +165,9 @@ class HeadBinder:
         return Seal.of(gap, slope, self.seen, CLOSED_APERTURE)
 
 
-def step_deviation(rate: float) -> float:
-    """Deviation of a posture's parameter from frame to frame, in standard deviations."""
-    return float(FRAME_LOOP.step_deviation * np.sqrt(25.0 / rate))
+def step_deviation(rate: float, gap: float) -> float:
+    """Deviation of a posture's parameter over a gap of so many frames, in standard deviations."""
+    return float(FRAME_LOOP.step_deviation * np.sqrt(25.0 * gap / rate))
 
 
 def mobility_of(modes: int) -> FloatArray:

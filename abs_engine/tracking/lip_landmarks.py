@@ -72,9 +72,9 @@ class LipLandmarks:
         points = self.mean + np.tensordot(candidates.weights, self.modes, 1)
         turned = points @ candidates.rotations.transpose(0, 2, 1)
         there = turned + candidates.translations[:, None]
-        off = self.camera.project(there) - seen.pixels[LIPS]
-        mm = off @ np.stack(seen.axes).T * there[..., 2:] / self.camera.matrix[0, 0] + self.bias
-        return np.asarray(mm)
+        depth = there[..., 2:]
+        off = there[..., :2] / depth - self.camera.undistort(seen.pixels[LIPS])
+        return np.asarray(off @ np.stack(seen.axes).T * depth + self.bias)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,12 +7,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from runs import lost_result
+from talkers import CAMERA, RENDERER, learned_face
+from talkers import POSE as BEFORE
 
 from abs_engine.core.clock import Clock
 from abs_engine.core.geometry import FACING, Pose
+from abs_engine.face.talking import as_face
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import loop
 from abs_engine.tracking.clip_setting import ClipSetting
+from abs_engine.tracking.face_frame import FaceBinder
 from abs_engine.tracking.frame_state import HeadFrame, Memory
 from abs_engine.tracking.loop import track
 
@@ -59,3 +63,15 @@ def test_a_mouth_may_move_farther_where_time_has_passed(monkeypatch):
     gaps = [memory.gap for memory in carried(monkeypatch, (0.0, 0.04, 1.04, 1.08))]
     assert gaps == [1.0, pytest.approx(1.0), pytest.approx(25.0), pytest.approx(1.0)]
     assert {memory.gap for memory in carried(monkeypatch, (0.0, 0.04, 0.08, 0.12))} == {1.0}
+
+
+def test_so_may_that_of_a_face_that_talks():
+    face = as_face(learned_face())
+    binder = FaceBinder(face, CAMERA, RENDERER, 25.0, {}, ())
+    frame, count = HeadFrame(np.zeros((64, 64, 3), np.uint8), BEFORE), len(face.posture)
+    steps = []
+    for gap in (1.0, 4.0):
+        memory = Memory(np.zeros(6 + count), BEFORE, gap=gap)
+        steps.append(binder.work(frame, BEFORE, memory).problem.priors[-1].deviation)
+    np.testing.assert_allclose(steps[1][6:], 2 * steps[0][6:])
+    np.testing.assert_array_equal(steps[1][:6], steps[0][:6])

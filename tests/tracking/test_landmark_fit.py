@@ -13,9 +13,10 @@ from drawn import CAMERA, anybody, projected, turned_by
 from heads import seen_at
 
 from abs_engine.core.geometry import Pose, rotations
+from abs_engine.core.scene import Candidates
 from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame, turned
 from abs_engine.tracking.landmark_jacobian import weighed_motion
-from abs_engine.tracking.landmarks import COUNT, INNER_RING, LIPS, OUTER_RING
+from abs_engine.tracking.landmarks import COUNT, INNER_RING, LIPS, OUTER_RING, Landmarks
 from abs_engine.tracking.lip_landmarks import LipLandmarks
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
@@ -262,6 +263,17 @@ def test_lips_that_lie_off_are_that_far_off():
     biased = replace(shape, bias=np.full((COUNT, 2), 1.5))
     off = LipLandmarks.of(biased, MODES, CAMERA).apart(seen, pose, posture)[0]
     assert off == pytest.approx(1.5 * np.sqrt(2), rel=0.02)
+
+
+@pytest.mark.parametrize("tall", [0.75, 16 / 15])
+def test_lips_lie_as_far_off_where_pixels_are_not_square(tall):
+    shape, pose = average(), seen_at([0, 0, 0], [0, 0, 700])
+    matrix = CAMERA.matrix * np.array([[1.0], [tall], [1.0]])
+    camera = replace(CAMERA, matrix=matrix)
+    at = pose.apply(shape.mean)
+    seen = Landmarks(np.column_stack([camera.project(at + [0, 3.0, 0]), at[:, 2]]), 1.0)
+    off = LipLandmarks.of(shape, MODES, camera).off(seen, Candidates.one(np.zeros(MODES), pose))
+    np.testing.assert_allclose(off[0], np.tile([0, -3.0], (len(LIPS), 1)), atol=0.1)
 
 
 def test_landmarks_move_as_their_weighed_motion_says():
