@@ -14,7 +14,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.settings.shape import SHAPE
 
-_STEEPEST = 50.0  # beyond that many softnesses it goes on in a straight line: exp would overflow
+_STEEPEST = 50.0  # of m / s^2; beyond it, A stays what it is there: exp would overflow
 
 
 @dataclass(frozen=True, eq=False)

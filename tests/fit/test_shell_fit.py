@@ -48,6 +48,7 @@ from abs_engine.papers.basu1998.single_frames import (
     DRIVERS,
     ITERATIONS,
     ShellFit,
+    bare_face,
     fit_frame,
     fit_frames,
     seen_shapes,
@@ -160,6 +161,14 @@ def test_it_faces_the_front_but_for_the_lips_within_their_inner_contour():
     border = skin & np.isin(scene.faces, np.arange(end - COLUMNS, end)).any(axis=1)
     assert front[skin & ~border].all()
     assert front[border].mean() > 0.9
+
+
+def test_points_of_the_upper_inner_lip_lie_above_those_of_the_lower():
+    face = bare_face(setting())
+    inner = face.scene.mean[face.rings["points"][12:]]
+    right, left, upper, lower = inner[0], inner[4], inner[1:4], inner[:4:-1]
+    np.testing.assert_allclose(upper[:, 0], lower[:, 0], atol=4)
+    assert abs(inner[[2, 6], 0] - 0.5 * (right + left)[0]).max() < 0.15 * (left - right)[0]
 
 
 def test_the_shell_moves_by_its_modes_in_standard_deviations():

@@ -234,7 +234,7 @@ def bare_face(setting: ShellSetting) -> Face:
     """The face of a shell alone, its contours by its own nodes."""
     half, scene = COLUMNS // 2, setting.scene
     around = np.rint(np.linspace(0, COLUMNS, 12, endpoint=False)).astype(np.int64)
-    within = np.rint(np.linspace(0, half - 1, 4)).astype(np.int64)
+    within = np.rint(np.linspace(0, half, 4, endpoint=False)).astype(np.int64)
     outer = np.arange(2 * COLUMNS, 3 * COLUMNS)
     rings = {
         "outer": outer,
