@@ -86,6 +86,8 @@ def complaint(error: click.ClickException) -> str:
     else:
         said = error.format_message().rstrip(".")
         said = said[:1].lower() + said[1:]
+        if isinstance(error, click.MissingParameter) and isinstance(error.param, click.Option):
+            said += f", {(error.param.help or '').partition('; ')[0]}"
     context = getattr(error, "ctx", None)
     where = NAME if context is None else context.command_path
     return f"{' '.join(said.split())}; see '{where} --help'"

@@ -138,6 +138,11 @@ def _waited(until: float) -> float:
     return until
 
 
+def is_file(source: str) -> bool:
+    """Whether a source is a file: neither a camera by its number or device nor a URL."""
+    return not (source.isdecimal() or source.startswith("/dev/") or "://" in source)
+
+
 def open_feed(source: str, repeat: int = 1) -> Feed:
     """A camera by its number or device, a URL, or else a file, which can be repeated.
 
@@ -148,7 +153,7 @@ def open_feed(source: str, repeat: int = 1) -> Feed:
     InputFileError, VideoError
         If it cannot be read.
     """
-    if source.isdecimal() or source.startswith("/dev/") or "://" in source:
+    if not is_file(source):
         if repeat != 1:
             raise ParameterError("--repeat is for files", "leave it out, or give a file")
         return StreamFeed(source)

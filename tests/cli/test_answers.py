@@ -19,7 +19,9 @@ from abs_engine.cli.commands.live import live
 from abs_engine.cli.commands.track import track
 from abs_engine.cli.parts.settings import settings_text
 from abs_engine.cli.program import PROGRAM
+from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import DRIVERS
+from abs_engine.live import feed
 
 
 @pytest.fixture(scope="module")
@@ -124,6 +126,23 @@ def test_settings_of_a_live_session_come_back(settings, tmp_path):
     assert again["camera"].samefile(typed["camera"])
     for name in set(typed) - {"camera", "settings"}:
         assert again[name] == typed[name], name
+
+
+@pytest.mark.parametrize(
+    ("words", "played"),
+    [(["a.mp4"], 3), (["a.mp4", "--repeat", "2"], 2), (["1"], 1), (["1", "--repeat", "2"], 2)],
+)
+def test_settings_of_a_session_that_played_a_file_are_those_of_a_camera_too(
+    words, played, settings, monkeypatch, capsys
+):
+    """A camera is not played again; that is refused where it is typed."""
+
+    def opened(_source, repeat):
+        raise ParameterError(f"played {repeat} times", "stop")
+
+    monkeypatch.setattr(feed, "open_feed", opened)
+    assert main(["live", *words, "--settings", settings("repeat = 3")]) == 2
+    assert f"played {played} times" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -271,6 +271,17 @@ def test_an_argument_that_an_option_took(fails, tmp_path):
     assert "before" not in fails("evaluate", "--truth", tmp_path)
 
 
+def test_an_option_that_is_missing_is_explained(fails, tmp_path):
+    line = fails("evaluate", tmp_path)
+    assert "missing option '--truth', what 'synth -o' made, or DATASET/CLIP/CAMERA; see" in line
+
+
+def test_metrics_of_a_report_that_scores_nothing(fails, tmp_path):
+    plugin = Path(__file__).parents[2] / "examples/new_metric.py"
+    line = fails("report", tmp_path, "-o", tmp_path / "page.html", "--plugin", plugin)
+    assert "--plugin adds metrics, which need a dataset; give --truth" in line
+
+
 def test_a_video_is_no_result(tmp_path, capsys):
     video = write_noise(tmp_path / "talk.mp4")
     truth = write_dataset(tmp_path / "truth", clip(4))

@@ -272,6 +272,10 @@ def test_what_a_scene_may_not_say(text, words):
             "light 'a' has a negative intensity or colour",
         ),
         ("[[clip]]\nmotion = { seed = -3 }", "the motion's seed of clip 'clip-1' is -3"),
+        (
+            "[[clip]]\nmotion = { amount = -0.5 }",
+            "the motion's amount of clip 'clip-1' is -0.5; give 0 or more",
+        ),
         ('[[speaker]]\nname = "x"\nseed = -1', "the seed of speaker 'x' is -1"),
         ('[[occluder]]\nkind = "hand"\nstart = 1\nend = 2\nseed = -1', "seed of occluder 'hand'"),
         (

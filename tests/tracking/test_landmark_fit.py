@@ -271,7 +271,7 @@ def test_lips_lie_as_far_off_where_pixels_are_not_square(tall):
     matrix = CAMERA.matrix * np.array([[1.0], [tall], [1.0]])
     camera = replace(CAMERA, matrix=matrix)
     at = pose.apply(shape.mean)
-    seen = Landmarks(np.column_stack([camera.project(at + [0, 3.0, 0]), at[:, 2]]), 1.0)
+    seen = Landmarks(np.column_stack([camera.project(at + np.array([0, 3.0, 0])), at[:, 2]]), 1.0)
     off = LipLandmarks.of(shape, MODES, camera).off(seen, Candidates.one(np.zeros(MODES), pose))
     np.testing.assert_allclose(off[0], np.tile([0, -3.0], (len(LIPS), 1)), atol=0.1)
 

@@ -10,6 +10,7 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.command import Chosen, Done, command
@@ -89,7 +90,7 @@ def live(chosen: Chosen) -> Done:
 
     options = _checked(chosen)
     link = None if chosen.live_link is None else reached(chosen.live_link)
-    feed = open_feed(take.at_home(chosen.source), chosen.repeat)
+    feed = open_feed(take.at_home(chosen.source), _times(chosen))
     check_options(options, VideoInfo(feed.size, feed.rate, 0))
     with ExitStack() as stack:
         made = None if chosen.output is None else stack.enter_context(NewFolder(chosen.output))
@@ -134,6 +135,15 @@ def live(chosen: Chosen) -> Done:
             made.finish()
             _say(f"wrote {chosen.output}")
     return Done((), status=int(fault))
+
+
+def _times(chosen: Chosen) -> int:
+    """How often to play the source; what settings of another session say is of files alone."""
+    from abs_engine.live.feed import is_file
+
+    typed = click.get_current_context().get_parameter_source("repeat")
+    of_file = is_file(take.at_home(chosen.source)) or typed is ParameterSource.COMMANDLINE
+    return int(chosen.repeat) if of_file else 1
 
 
 def _checked(chosen: Chosen) -> TrackOptions:

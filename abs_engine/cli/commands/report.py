@@ -7,6 +7,7 @@ import shlex
 from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.cli.parts.progress import Progress
+from abs_engine.core.errors import ParameterError
 from abs_engine.io.files import check_free
 
 
@@ -32,6 +33,8 @@ from abs_engine.io.files import check_free
 def report(chosen: Chosen) -> Done:
     """Write one HTML file about one or several runs."""
     check_free(chosen.output, ".html")
+    if chosen.plugin and chosen.truth is None:
+        raise ParameterError("--plugin adds metrics, which need a dataset", "give --truth")
 
     from abs_engine.core.registry import load_plugins
     from abs_engine.report.gathering import ReportOptions, write_report

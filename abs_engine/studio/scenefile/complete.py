@@ -98,6 +98,7 @@ def _ranges(scene: SceneFile) -> Iterator[tuple[str, Sequence[float], float]]:
         yield f"the colour of occluder '{occluder.name}'", occluder.colour or (), 255
     for clip in scene.clip:
         yield f"the motion's seed of clip '{clip.name}'", [clip.motion.seed or 0], np.inf
+        yield f"the motion's amount of clip '{clip.name}'", [clip.motion.amount], np.inf
 
 
 def _check_names(kind: str, names: Sequence[str]) -> None:
