@@ -38,6 +38,8 @@ class Build:
         Points that were dropped, as they were missing in some visemes.
     imputed : mapping of str to int
         Points that were filled in, and in how many visemes.
+    unsettled : float, mm
+        By how much one of them still moved in the last round; 0 where it settled.
     """
 
     model: ArticulatoryModel
@@ -46,6 +48,7 @@ class Build:
     errors: FloatArray
     left_out: tuple[str, ...]
     imputed: Mapping[str, int]
+    unsettled: float = 0.0
 
     @property
     def viseme_errors(self) -> FloatArray:
@@ -80,7 +83,8 @@ def build(
     )  # fmt: skip
     alpha = np.array([_inverted(model, v, p) for v, p in zip(own.visemes, own.points, strict=True)])
     errors = np.linalg.norm(own.points - model.points(alpha), axis=2)
-    return Build(model, own, alpha, errors, estimator.left_out_, estimator.imputed_)
+    filled = estimator.left_out_, estimator.imputed_, estimator.unsettled_
+    return Build(model, own, alpha, errors, *filled)
 
 
 def _inverted(model: ArticulatoryModel, viseme: str, points: FloatArray) -> FloatArray:

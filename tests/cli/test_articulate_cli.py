@@ -457,3 +457,17 @@ def test_a_face_that_cannot_be_made_is_one_line(tmp_path, capsys, monkeypatch, m
     assert said in line
     assert not (tmp_path / "model").exists()
     assert not (tmp_path / "me.face").exists()
+
+
+@pytest.mark.parametrize(("share", "settles"), [(0.1, True), (0.4, False)])
+def test_imputed_points_that_do_not_settle_are_warned_of(
+    share: float, settles: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    points = recorded()[1]
+    points[:, :12][np.random.default_rng(1).random((12, 12)) < share] = np.nan
+    assert main([*written(tmp_path, points), "--missing", "impute"]) == 0
+    out = capsys.readouterr().out
+    assert "imputed, " in out
+    warned = [line for line in out.splitlines() if "imputed points do not settle" in line]
+    assert len(warned) == (not settles)
+    assert all(" mm; leave out visemes or points that lack much" in line for line in warned)

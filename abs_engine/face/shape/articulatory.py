@@ -54,6 +54,8 @@ class GuidedPCA:
         Points that were dropped.
     imputed_ : dict of str to int
         Points that were filled in, and in how many visemes.
+    unsettled_ : float, mm
+        By how much one of them still moved in the last round; 0 where it settled.
     n_features_in_ : int
 
     Notes
@@ -118,8 +120,9 @@ class GuidedPCA:
         groups = _within(self.groups, names)
         columns = [p.columns(names, groups) for p in self.predictors]
         gaps = ~np.isfinite(data)
+        self.unsettled_ = 0.0
         if gaps.any():
-            data = _imputed(data, self.predictors, columns)
+            data, self.unsettled_ = _imputed(data, self.predictors, columns)
         steps = _guided(data, self.predictors, columns)
         self.left_out_ = tuple(n for n, keep in zip(self.names, kept, strict=True) if not keep)
         counts = gaps.reshape(len(gaps), -1, 3).any(axis=2).sum(axis=0)
@@ -265,8 +268,11 @@ def _first(rows: FloatArray) -> tuple[FloatArray, float, FloatArray]:
 
 def _imputed(
     data: FloatArray, predictors: Sequence[Predictor], columns: Sequence[IntArray]
-) -> FloatArray:
-    """Data (V, D) whose gaps are filled by the model of the whole, until that no longer moves."""
+) -> tuple[FloatArray, float]:
+    """Data (V, D) whose gaps are filled by the model of the whole, until that no longer moves.
+
+    With it, by how much, mm, it still moves where it does not settle; otherwise 0.
+    """
     gaps = ~np.isfinite(data)
     full = np.where(gaps, np.nanmean(data, axis=0), data)
     for _ in range(_ROUNDS):
@@ -274,8 +280,8 @@ def _imputed(
         after = np.where(gaps, steps.mean + steps.scores @ steps.modes, data)
         moved, full = float(np.abs(after - full).max()), after
         if moved < _SETTLED:
-            break
-    return np.asarray(full, np.float64)
+            return full, 0.0
+    return full, moved
 
 
 def _shaped(X: FloatArray, count: int) -> FloatArray:

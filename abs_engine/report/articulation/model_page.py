@@ -41,6 +41,11 @@ def corpus_lines(done: Analysis) -> list[str]:
     if built.imputed:
         each = [f"{name} ({count})" for name, count in built.imputed.items()]
         lines.append(f"imputed, {_points(each)} missing in some visemes (how many): {_named(each)}")
+    if built.unsettled:
+        lines.append(
+            f"warning: imputed points do not settle: in the last round one moved by "
+            f"{built.unsettled:.2g} mm; leave out visemes or points that lack much"
+        )
     if done.guessed:
         each = [f"{name} ({count})" for name, count in done.guessed.items()]
         lines.append(
