@@ -17,13 +17,17 @@ BASES = (24, 25, 30, 48, 50, 60, 120)
 _BARELY = 1.002
 """Times a rate that its base may be: 29.97 frames a second are counted as 30."""
 _DAY = 86400.0
+_APART = 2.5
+"""Usual steps between two rows, beyond which some are missing for certain."""
+_FEWEST, _EVEN = 2, 0.01
+"""Numbers left out that make a rate; and the share of a frame that rounding leaves at least."""
 _CODE = re.compile(r"\s*(\d+):(\d+):(\d+):(\d+(?:\.\d+)?)\s*", re.ASCII)
 
 
-def seconds_since_first(
+def seconds(
     codes: Sequence[str], path: Path, rate: float | None = None, lines: Sequence[int] | None = None
 ) -> NDArray[np.float64]:
-    """Seconds (N,) since the first of N timecodes ``hh:mm:ss:ff.fff``; they may pass midnight.
+    """Seconds (N,) of N timecodes ``hh:mm:ss:ff.fff`` since timecode 0; they may pass midnight.
 
     Parameters
     ----------
@@ -54,9 +58,36 @@ def seconds_since_first(
         return np.zeros(0)
     fields = np.array([part.groups() for part in parts if part is not None], np.float64)
     base = rate or _base(float(fields[:, 3].max()))
-    steps = np.diff(fields[:, :3] @ [3600.0, 60.0, 1.0] + fields[:, 3] / base)
-    steps[steps < -_DAY / 2] += _DAY
-    return np.concatenate([[0.0], np.cumsum(steps)])
+    times = fields[:, :3] @ [3600.0, 60.0, 1.0] + fields[:, 3] / base
+    days = np.cumsum(np.diff(times) < -_DAY / 2)
+    return np.asarray(times + _DAY * np.concatenate([[0], days]))
+
+
+def seconds_since_first(
+    codes: Sequence[str], path: Path, rate: float | None = None, lines: Sequence[int] | None = None
+) -> NDArray[np.float64]:
+    """The same since the first of them; parameters and errors as `seconds`."""
+    times = seconds(codes, path, rate, lines)
+    return times - times[:1]
+
+
+def steadied(times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Growing times (N,) of timecodes, s, without what is rounded to whole frames of their base.
+
+    Whoever takes 50 frames a second and counts whole ones at 60 leaves out every sixth number.
+    Where numbers are left out as steadily as at one of `BASES`, that is the rate of the rows; at
+    any other rate, and where one alone is left out, rows are missing.
+    """
+    steps = np.diff(times)
+    near = steps <= _APART * np.median(steps)
+    least, most = steps[near].min(initial=np.inf), steps[near].max(initial=0.0)
+    if (steps[near] > 0.5 * (least + most)).sum() < _FEWEST:
+        return times
+    runs = np.split(times, 1 + np.flatnonzero(~near))
+    even = [[run[0] + np.arange(len(run)) / rate for run in runs] for rate in BASES]
+    off = [max(np.ptp(a - b) for a, b in zip(runs, e, strict=True)) for e in even]
+    best = int(np.argmin(off))
+    return np.concatenate(even[best]) if off[best] < (1 - _EVEN) * (most - least) else times
 
 
 def timecodes(times: NDArray[np.float64], rate: float) -> list[str]:

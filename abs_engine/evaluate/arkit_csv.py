@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.dataset.head_angles import rotation_by
-from abs_engine.dataset.timecode import seconds_since_first
+from abs_engine.dataset.timecode import seconds, steadied
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.estimate import Areas, Estimate, PointTrack
 from abs_engine.evaluate.landmark_csv import Reference
@@ -107,7 +107,8 @@ def _on_frames(table: Table, numbers: FloatArray, clip: Reference) -> FloatArray
     """Rows (T, ...) at the times of the frames; NaN where they were lost.
 
     As many rows as frames are the frames, if timecodes do not deny it; otherwise the timecodes,
-    from the first on, must cover the clip, and rows are interpolated where none is missing.
+    from the first on, or from 0 if that fits the clip better, must cover the clip, and rows are
+    interpolated where none is missing.
     """
     if len(numbers) == clip.frames:
         _check_duration(table, clip)
@@ -120,9 +121,14 @@ def _on_frames(table: Table, numbers: FloatArray, clip: Reference) -> FloatArray
     said = np.isfinite(numbers).any(axis=1) | coded
     times, numbers = _seconds(table, np.flatnonzero(said).tolist()), numbers[said]
     wanted = np.arange(clip.frames) / clip.rate
+    begun = times[0] if len(times) else 0.0
+    times = times - begun
     lasts = times[-1] if len(times) > 1 else 0.0
     if (np.diff(times) <= 0).any() or not lasts or abs(lasts - wanted[-1]) > 1.5 / clip.rate:
         raise ParameterError(f"{problem}, and lasts {lasts:.2f} s", remedy)
+    times = steadied(times)
+    if abs(begun + lasts - wanted[-1]) < abs(lasts - wanted[-1]):
+        times = times + begun  # the first row is missing
     step = float(np.median(np.diff(times)))
     return np.stack([_between(wanted, times, column, step) for column in numbers.T], axis=1)
 
@@ -145,10 +151,10 @@ def _between(wanted: FloatArray, times: FloatArray, column: FloatArray, step: fl
 
 
 def _seconds(table: Table, rows: Sequence[int]) -> FloatArray:
-    """Times (N,) of some rows, s after the first of them."""
+    """Times (N,) of some rows, s after timecode 0."""
     codes = table.text("timecode")
     lines = [table.lines[row] for row in rows]
-    return seconds_since_first([codes[row] for row in rows], table.path, lines=lines)
+    return seconds([codes[row] for row in rows], table.path, lines=lines)
 
 
 def _check_duration(table: Table, clip: Reference) -> None:
@@ -158,7 +164,7 @@ def _check_duration(table: Table, clip: Reference) -> None:
     wanted = (rows[-1] - rows[0]) / clip.rate if rows else 0.0
     if wanted < 1:
         return  # within a second the timecodes do not show how many frames they count
-    lasts = float(_seconds(table, rows)[-1])
+    lasts = float(np.ptp(_seconds(table, rows)[[0, -1]]))
     if abs(lasts - wanted) > 1.5 / clip.rate + DRIFT * wanted:
         raise ParameterError(
             f"{table.path} lasts {lasts:.2f} s by its timecodes, the truth {wanted:.2f} s",

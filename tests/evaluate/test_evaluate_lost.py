@@ -109,6 +109,45 @@ def test_recorders_at_other_rates_lose_what_they_lack(truth, reference, tmp_path
     assert lost(found) == list(range(first, 25))
 
 
+@pytest.mark.parametrize(("base", "rate"), [(60, 30), (60, 50), (30, 24), (60, 48), (50, 48)])
+def test_whole_frames_of_a_faster_base_leave_no_gaps(truth, reference, tmp_path, base, rate):
+    """As many numbers are left out as the base is faster; where rows are missing, more are."""
+    heading, _ = arkit_rows(truth)
+    rows = recorded(heading, 1 + int((FRAMES - 1) / RATE * rate), rate)
+    for k, row in enumerate(rows):
+        seconds, frames = divmod(k * base // rate, base)
+        row[0] = f"00:00:{seconds:02d}:{frames:02d}.000"
+    found = arkit(write_csv(tmp_path / "a.csv", heading, rows), reference)
+    assert lost(found) == []
+    unit = speaker().unit_names.index("jawOpen")
+    wanted = np.minimum(0.5 * np.arange(FRAMES) / RATE, 0.5 * (len(rows) - 1) / rate)
+    np.testing.assert_allclose(found.surface.weights[:, unit], wanted, atol=0.5 / base)
+    holed = [*rows[: rate // 2 + 1], *rows[rate:]]  # nothing between 0.5 s and 1 s
+    found = arkit(write_csv(tmp_path / "b.csv", heading, holed), reference)
+    assert lost(found) == list(range(13 + (rate == 24), 25))
+
+
+def test_single_rows_that_are_missing_are_lost_at_any_rate(truth, reference, tmp_path):
+    heading, _ = arkit_rows(truth)
+    for rate in (25, 50):
+        rows = recorded(heading, 1 + int((FRAMES - 1) / RATE * rate), rate)
+        gone = [rate // 5 * k for k in (1, 2, 5, 9)]
+        kept = [row for k, row in enumerate(rows) if k not in gone]
+        found = arkit(write_csv(tmp_path / f"{rate}.csv", heading, kept), reference)
+        assert lost(found) == [5, 10, 25, 45]
+
+
+def test_first_rows_that_are_missing_are_lost_by_the_timecode(truth, reference, tmp_path):
+    heading, rows = arkit_rows(truth)
+    for hours, missing in (("00:00", [0]), ("01:02", [FRAMES - 1])):
+        own = [[hours + row[0][5:], *row[1:]] for row in rows[1:]]
+        found = arkit(write_csv(tmp_path / f"{missing[0]}.csv", heading, own), reference)
+        assert lost(found) == missing
+    found = arkit(tmp_path / "0.csv", reference)
+    weights = found.surface.weights[1:]
+    np.testing.assert_allclose(weights, truth.unit_weights[1:], atol=1e-6)
+
+
 def long_rows(truth):
     points = true_landmarks(truth)[1]
     heading = ["frame", "time", "point", "x", "y", "z", "unit", "space"]

@@ -168,3 +168,16 @@ def test_the_last_frame_is_there_though_its_timecode_is_early_or_late(tmp_path, 
     rows = "10:00:00:00.000,61,0,0.2,0,0,0,0", f"10:00:00:{last},61,0,0.4,0,0,0,0"
     recording = read_livelink(written(tmp_path, *rows), timecode_rate=120.0)
     assert len(play_recording(recording, UNITS, 60.0)) == 31
+
+
+@pytest.mark.parametrize(("hours", "begins"), [("00:00", 0.04), ("01:02", 0.0)])
+def test_first_rows_that_are_missing_leave_the_others_where_they_were(tmp_path, hours, begins):
+    """Where timecodes count from 0; those of a clock begin with the first row."""
+    codes = [f"{hours}:{k // 25:02d}:{k % 25:02d}.000" for k in range(1, 40)]
+    rows = [f"{code},1,{k / 100:.2f}" for k, code in enumerate(codes, start=1)]
+    path = tmp_path / "own.csv"
+    path.write_text("\n".join(["Timecode,BlendShapeCount,JawOpen", *rows]))
+    recording = read_livelink(path)
+    assert recording.times[0] == pytest.approx(begins)
+    speech = play_recording(recording, ("jawOpen",), 25.0)
+    assert speech.weights[10, 0] == pytest.approx(0.1 if begins else 0.11)

@@ -11,7 +11,7 @@ import numpy as np
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.dataset.head_angles import rotation_by
-from abs_engine.dataset.timecode import seconds_since_first
+from abs_engine.dataset.timecode import seconds
 from abs_engine.io.inputs import check_file, to_number
 from abs_engine.studio.speech.articulate import Speech, check_rate
 
@@ -19,6 +19,8 @@ MOST_FRAMES = 1_000_000
 """Of a recording that is played: nine hours at 30 frames a second."""
 _EARLY = 0.25
 """Share of a frame by which the last sample may be early: cameras' times waver. Chosen."""
+_LATE = 1.0
+"""Seconds after timecode 0 from which on a clock was running before the recording. Chosen."""
 _HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
 
 
@@ -34,7 +36,8 @@ class Recording:
     head : (N, 3) float64
         Yaw, pitch and roll, radians.
     times : (N,) float64
-        Seconds since the first sample, growing.
+        Seconds, growing: since the first sample; or since timecode 0 where the first sample comes
+        less than a second after it, as where the first rows of an export are missing.
     """
 
     unit_names: tuple[str, ...]
@@ -172,8 +175,10 @@ def _bridged(path: Path, times: FloatArray, values: FloatArray) -> FloatArray:
 def _seconds(
     path: Path, codes: list[str], lines: list[int], timecode_rate: float | None
 ) -> FloatArray:
-    """Seconds since the first timecode, growing."""
-    times = seconds_since_first(codes, path, timecode_rate, lines)
+    """Growing seconds since the first timecode, or since 0, if it is less than a second later."""
+    times = seconds(codes, path, timecode_rate, lines)
+    if times[0] >= _LATE:
+        times -= times[0]
     steps = np.diff(times)
     if (steps <= 0).any():
         line = lines[1 + int(np.flatnonzero(steps <= 0)[0])]
