@@ -48,6 +48,11 @@ class Simplex:
         Stop when the simplex's values differ by less than this, in the objective's units.
     limit : int
         Largest number of evaluations.
+
+    Notes
+    -----
+    The start is a vertex of the first simplex. From there each parameter takes a step up, or down
+    where a bound is near, for one vertex more; NLopt takes these steps from the best vertex so far.
     """
 
     tolerance: float = SOLVING.usual_tolerance

@@ -254,7 +254,8 @@ def _practice(results: Results) -> str:
     found = results.get("practice")
     about = (
         f"<p>The first {results.get('practice_frames', 'few')} frames of a sentence that is none "
-        "of the 77; settings were chosen on more of it. simplex is the paper's warm start, "
+        "of the 77; settings were chosen on more of it. simplex is the paper's warm start "
+        "(but the frame before is a vertex of the first simplex, in the paper its centroid), "
         "predicted the same from a place predicted from the frames before, axes ours, along "
         "Gauss-Newton's axes; axes_predicted is what sentences are tracked with, and the other "
         "rows change one thing of it. Where the head's distance drifts, later in the sentence, "

@@ -37,7 +37,8 @@ class Settings:
     ----------
     method : {"axes", "simplex"}
         Gauss-Newton steps and a simplex along their axes; or the paper's: Nelder-Mead from a
-        simplex of the parameters' own scales, from the frame before.
+        simplex of the parameters' own scales, from the frame before, which is a vertex of it; in
+        the paper it is the centroid.
     predict : bool
         Whether the start is predicted from the last movement. For "axes" also whether an
         unusual epsilon makes it start again.
