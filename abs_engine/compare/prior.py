@@ -158,7 +158,12 @@ class MixturePrior(Prior):
         return np.asarray(np.r_[scaled[:first], pulled] / self.gaussian.deviation)
 
     def curvature(self, x: FloatArray) -> FloatArray:
-        """That of the Gaussian (N, N): between the centres the mixture bends as much or less."""
+        """That of the Gaussian (N, N), which stands for the mixture's.
+
+        At a centre that lies alone the mixture bends 1 / width^2 times as much, and between two it
+        may bend the other way. So where many shapes were seen, intervals are wider than it makes
+        them, by 1 / width at most; between two they may be too narrow.
+        """
         return self.gaussian.curvature(x)
 
     def roots(self, vectors: FloatArray) -> FloatArray:

@@ -138,7 +138,7 @@ def live(chosen: Chosen) -> Done:
 
 
 def _times(chosen: Chosen) -> int:
-    """How often to play the source; what settings of another session say is of files alone."""
+    """Number of times to play the source; what settings of another session say is of files."""
     from abs_engine.live.feed import is_file
 
     typed = click.get_current_context().get_parameter_source("repeat")
