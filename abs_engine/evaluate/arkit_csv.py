@@ -164,7 +164,8 @@ def _check_duration(table: Table, clip: Reference) -> None:
     wanted = (rows[-1] - rows[0]) / clip.rate if rows else 0.0
     if wanted < 1:
         return  # within a second the timecodes do not show how many frames they count
-    lasts = float(np.ptp(_seconds(table, rows)[[0, -1]]))
+    times = _seconds(table, rows)
+    lasts = float(times[-1] - times[0])
     if abs(lasts - wanted) > 1.5 / clip.rate + DRIFT * wanted:
         raise ParameterError(
             f"{table.path} lasts {lasts:.2f} s by its timecodes, the truth {wanted:.2f} s",
