@@ -107,4 +107,4 @@ def _cut(name: str) -> str:
     whole = os.fsencode(name)
     if len(whole) <= LONGEST:
         return name
-    return f"{whole[:LONGEST].decode(errors='ignore')}-{hashlib.sha256(whole).hexdigest()[:6]}"
+    return f"{whole[:LONGEST].decode(errors='ignore')}-{hashlib.sha256(whole).hexdigest()[:8]}"
