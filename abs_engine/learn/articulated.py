@@ -76,8 +76,7 @@ def shape_of(
     scene = Scene(mean, modes, speaker.faces, speaker.uv, classes, texture)
     lips = set(built.model.groups["lips"])
     at_lips = np.flatnonzero([name in lips for name in built.model.names]).astype(np.int64)
-    marks = _marks(speaker)
-    surface, outer, kept = _parts(speaker, scene, marks)
+    surface, outer, kept, marks = _parts(speaker, scene)
     lower = built.alpha.min(axis=0) - LEARNING.beyond
     upper = built.alpha.max(axis=0) + LEARNING.beyond
     names = built.model.parameters
@@ -107,18 +106,18 @@ def compared_head(
     pivot : (3,) float64, mm, head frame
         Point that the head is turned about.
     """
-    listed = _marks(speaker)
-    surface, outer, kept = _parts(speaker, scene, listed)
-    marks = listed[np.isin(listed, kept)]  # a few have no facet that stays where it is
+    surface, outer, kept, marks = _parts(speaker, scene)
     return ComparedHead(scene, surface, outer, kept, marks, spec, pivot)
 
 
-def _parts(speaker: Speaker, scene: Scene, marks: IntArray) -> tuple[Scene, Scene, IntArray]:
-    """Skin and lips of a head; the same with what stands in the mouth; and its vertices (V',)."""
-    surface = _facets(speaker, marks)
+def _parts(speaker: Speaker, scene: Scene) -> tuple[Scene, Scene, IntArray, IntArray]:
+    """Skin and lips of a head; that with what stands in the mouth, its vertices (V',) and marks."""
+    listed = _marks(speaker)
+    surface = _facets(speaker, listed)
     inside = np.isin(speaker.facet_class, [speaker.class_id(name) for name in _INSIDE])
     outer, kept = part(scene, surface | inside)
-    return part(scene, surface)[0], outer, kept
+    marks = listed[np.isin(listed, kept)]  # a few have no facet that stays where it is
+    return part(scene, surface)[0], outer, kept, marks
 
 
 def _rings(speaker: Speaker) -> dict[str, NDArray[np.int32]]:

@@ -62,6 +62,12 @@ def test_the_shape_is_the_models(speech):
     assert speech.distances(shape.neutral, 0).mean() < 0.5  # the first viseme is rest
 
 
+def test_local_appearance_is_sought_where_the_head_is_drawn(speech):
+    """A mark beside it, where it is chosen, stops the whole face from being learned."""
+    assert np.isin(speech.shape.marks, speech.shape.kept).all()
+    assert len(speech.shape.marks) > 400
+
+
 def test_the_compared_surface_has_no_holes_around_the_lips(speech):
     speaker = load_speaker()
     rim = speaker.landmarks["outer_lip"]
