@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import appearances
 import numpy as np
 import pytest
@@ -11,9 +13,10 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.pose import PoseFrame, mode_block, pose_and
 from abs_engine.face.appearance.information import choose_informative, information
 from abs_engine.face.appearance.local import LocalModel
-from abs_engine.face.appearance.local_learning import learn_local
+from abs_engine.face.appearance.local_learning import learn_local, own_share
 from abs_engine.face.appearance.regression import Frames, LinearFits
 from abs_engine.face.penalty import ImprobablePenalty
+from abs_engine.face.settings.appearance import APPEARANCE
 from abs_engine.render.cpu import CpuRenderer
 
 RENDERER = CpuRenderer()
@@ -65,6 +68,42 @@ def test_noise_that_points_have_in_common_counts_once():
     shares = np.var(rows @ model.whitener.T, axis=0)
     assert shares.sum() / 16 < 1.1
     assert model.only(np.array([1])).whitener.shape == (8, 8)
+
+
+def hidden_noise(rng, count, hidden, parameters=2):
+    """Noise of 12 points that have none in common, the first half of which some frames hide."""
+    noise = rng.normal(size=(count, 12, 8))
+    seen = rng.random((count, 12)) >= np.where(np.arange(12) < 6, hidden, 0.0)
+    return noise, seen, rng.normal(size=(count, parameters))
+
+
+def test_points_that_frames_hide_are_as_white_as_others():
+    rng = np.random.default_rng(5)
+    noise, seen, _ = hidden_noise(rng, 3000, 0.4)
+    left_out = noise * seen[..., None]
+    spread = np.sqrt((left_out**2).sum(axis=0) / seen.sum(axis=0)[:, None])
+    model = replace(model_of(left_out), spread=spread, seen=seen.mean(axis=0))
+    shown = rng.normal(size=(3000, 12, 8)) * model.inverse
+    white = ((shown.reshape(3000, -1) @ model.whitener.T) ** 2).mean(axis=0).reshape(12, 8)
+    np.testing.assert_allclose(white.mean(axis=1), 1, atol=0.1)
+
+
+def test_hidden_points_do_not_look_as_if_their_noise_were_shared():
+    rng = np.random.default_rng(0)
+    noise, seen, rows = hidden_noise(rng, 80, 0.4)
+    values = (noise * seen[..., None]).astype(np.float32)
+    frames = Frames(values, seen, rows, np.arange(80) // 10)
+    assert own_share(frames, 1.0) == 1.0
+
+
+def test_each_frame_is_a_recording_of_its_own_where_none_are_known():
+    rng = np.random.default_rng(6)
+    shared = np.einsum("tf,fnc->tnc", rng.normal(size=(40, 2)), rng.normal(size=(2, 12, 8)))
+    noise, seen, rows = hidden_noise(rng, 40, 0.0)
+    frames = Frames((noise + shared).astype(np.float32), seen, rows)
+    alone = own_share(frames, 1.0)
+    assert alone == own_share(replace(frames, recordings=np.arange(40)), 1.0)
+    assert APPEARANCE.alone_tried[0] < alone < 1.0
 
 
 @pytest.fixture(scope="module")

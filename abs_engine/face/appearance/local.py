@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from abs_engine.core.arrays import FloatArray, IntArray
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.appearance.descriptors import COMPONENTS
 from abs_engine.face.settings.appearance import APPEARANCE
@@ -97,8 +97,7 @@ class LocalModel:
 
     def whitened_by(self, alone: float) -> FloatArray:
         """The same with another share, 0 to 1, for `AppearanceSettings.alone`."""
-        rows = (self.left_out * self.inverse).reshape(len(self.left_out), -1)
-        together = rows.T @ rows / max(len(rows), 1)
+        together = in_common(self.left_out * self.inverse, (self.left_out != 0).any(axis=2))
         values, axes = np.linalg.eigh((1 - alone) * together + alone * np.eye(len(together)))
         return np.asarray((axes / np.sqrt(np.maximum(values, alone))) @ axes.T)
 
@@ -181,3 +180,20 @@ def inverse_spread(spread: FloatArray) -> FloatArray:
     """One over spreads (N, 8), none of which counts as less than a share of their median."""
     floor = APPEARANCE.least_spread * np.median(spread, axis=0) + 1e-6
     return np.asarray(1 / np.maximum(spread, floor))
+
+
+def in_common(noise: FloatArray, seen: BoolArray) -> FloatArray:
+    """Mean products (8 N, 8 N) of noise (T, N, 8), over the frames that show both points.
+
+    Not every one of its eigenvalues is positive where frames hide points: as each pair of points
+    has frames of its own.
+
+    Parameters
+    ----------
+    noise : (T, N, 8) float
+        0 where the point is hidden.
+    seen : (T, N) bool
+    """
+    rows, shown = noise.reshape(len(noise), -1), seen.astype(np.float64)
+    both = np.maximum(shown.T @ shown, 1.0)
+    return np.asarray(rows.T @ rows / both.repeat(N_D, axis=0).repeat(N_D, axis=1))

@@ -12,7 +12,7 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer, Scene
 from abs_engine.face.appearance.descriptors import DescriptorMaps
-from abs_engine.face.appearance.local import N_D, LocalModel, inverse_spread
+from abs_engine.face.appearance.local import N_D, LocalModel, in_common, inverse_spread
 from abs_engine.face.appearance.patches import Patches
 from abs_engine.face.appearance.regression import Fitted, Frames, LinearFits
 from abs_engine.face.appearance.visibility import Sighting, sighted
@@ -112,22 +112,22 @@ def own_share(frames: Frames, ridge: float) -> float:
     Parameters
     ----------
     frames : Frames
-        Descriptors of the points that are compared, of three recordings and more.
+        Descriptors of the points that are compared, of three recordings and more; each frame is a
+        recording of its own where none are known.
     ridge : float
         Of their fits.
     """
-    recordings = np.zeros(len(frames.seen)) if frames.recordings is None else frames.recordings
+    alone, given = np.arange(len(frames.seen)), frames.recordings
+    recordings = alone if given is None else given
     missed, gained = frames.left_out(ridge), np.zeros(len(APPEARANCE.alone_tried))
     for name in np.unique(recordings):
         others = frames.recorded(recordings != name)
         off = others.left_out(ridge)
         count = np.maximum(others.seen.sum(axis=0), 1)
         scale = inverse_spread(np.sqrt((off**2).sum(axis=0) / count[:, None]))
-        kept, out = (
-            (part * scale).reshape(len(part), -1) for part in (off, missed[recordings == name])
-        )
-        values, axes = np.linalg.eigh(kept.T @ kept / len(kept))
-        along = (out @ axes) ** 2
+        values, axes = np.linalg.eigh(in_common(off * scale, others.seen))
+        out = missed[recordings == name] * scale
+        along = (out.reshape(len(out), -1) @ axes) ** 2
         for k, share in enumerate(APPEARANCE.alone_tried):
             wide = (1 - share) * np.maximum(values, 0.0) + share
             gained[k] -= 0.5 * float((along / wide + np.log(wide)).sum())
