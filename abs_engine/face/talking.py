@@ -14,6 +14,7 @@ from abs_engine.face.appearance.texture import TextureModel
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.base import RINGS, Body, Face
 from abs_engine.face.learned_appearance import LocalLooks, TextureLooks
+from abs_engine.face.settings.appearance import APPEARANCE
 
 TEXTURES, LOCALS = ("tex_lin", "tex_cst"), ("la_lin", "la_cst")
 MODELS = ("tex_lin", "tex_cst", "la_lin", "la_cst")
@@ -38,6 +39,8 @@ class TalkingFace:
         Their points are vertices of ``face.shape.outer``.
     la_scale : float
         Drawn pixels per image pixel at which local appearance was learned and is compared.
+    la_own_share : float
+        See `local_learning.own_share`.
     """
 
     shape: FaceShape
@@ -46,6 +49,7 @@ class TalkingFace:
     la_lin: LocalModel
     la_cst: LocalModel
     la_scale: float = 1.0
+    la_own_share: float = APPEARANCE.alone
 
     def texture(self, name: str) -> TextureModel:
         """A texture model by its name.
@@ -79,7 +83,9 @@ def as_face(face: TalkingFace) -> Face:
     noise = float(np.sqrt(np.mean(model.leftover.spread.astype(np.float64) ** 2)))
     looks = {
         "texture": TextureLooks(model, face.shape.surface, face.dressed["tex_lin"], noise),
-        "local": LocalLooks(face.la_lin, face.shape.outer, face.la_scale),
+        "local": LocalLooks(
+            face.la_lin, face.shape.outer, face.la_scale, own_share=face.la_own_share
+        ),
     }
     return replace(shape_as_face(face.shape), appearance=looks)
 

@@ -71,6 +71,7 @@ def _of_appearance(face: TalkingFace) -> dict[str, bool]:
             _inside(model.vertices, len(face.shape.outer.mean)) for model in local
         ),
         "the scale of local appearance is not positive": face.la_scale > 0,
+        "the own share of local appearance is not between 0 and 1": 0 < face.la_own_share <= 1,
     }
 
 

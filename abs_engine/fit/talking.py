@@ -113,6 +113,11 @@ def talking_problem(
     printed : bool
         Compare local appearance, too, by epsilon as printed: descriptors raw, beside all of A(a).
 
+    Notes
+    -----
+    Local appearance is whitened with `APPEARANCE.alone`, as it was for the published figures, not
+    with the face's own share, which `as_face` has: sentences were not measured with that.
+
     Raises
     ------
     ParameterError

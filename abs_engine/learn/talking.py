@@ -22,7 +22,6 @@ from abs_engine.face.articulated import FaceShape
 from abs_engine.face.compared import ComparedHead
 from abs_engine.face.learned_appearance import Appearance
 from abs_engine.face.scene_arrays import facets_of_part
-from abs_engine.face.settings.appearance import APPEARANCE
 from abs_engine.face.talking import TalkingFace
 from abs_engine.learn.settings import LEARNING
 
@@ -58,8 +57,9 @@ def learn_face(
     tex = learn_texture(seen, textured, atlas, camera, renderer)
     depth = float(seen[0].pose.apply(shape.pivot)[2])
     scale = min(1.0, LEARNING.finest * depth / float(camera.matrix[0, 0]))
-    local = _local(shape, seen, camera, renderer, scale, count)[0].within(shape.kept)
-    return TalkingFace(shape, tex, tex.constant(), local, local.constant(), scale)
+    local, share = _local(shape, seen, camera, renderer, scale, count)
+    local = local.within(shape.kept)
+    return TalkingFace(shape, tex, tex.constant(), local, local.constant(), scale, share)
 
 
 def learn_appearance(
@@ -131,8 +131,6 @@ def _local(
     places = head.scene.mean[head.marks].astype(np.float64)
     told = information(every, seen, head.scene, camera, renderer, head.moved, scale)
     chosen = choose_informative(every, told, head.about, count, places, LEARNING.spacing)
-    if recordings is None:
-        return every.only(chosen), APPEARANCE.alone
     some = np.zeros(len(every), np.bool_)
     some[chosen] = True
     return every.only(chosen), own_share(frames.of(some), ridge)

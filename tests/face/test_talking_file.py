@@ -13,8 +13,9 @@ from talkers import CAMERA, PARAMETERS, POSE, RENDERER, learned_face
 from abs_engine.core.errors import InputFileError, ModelFormatError, OutputError, ParameterError
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.face.appearance.region import part
+from abs_engine.face.settings.appearance import APPEARANCE
 from abs_engine.face.talking import MODELS, TalkingFace, as_face, shape_as_face
-from abs_engine.face.talking_file import StoredTalker, load_talking, save_talking
+from abs_engine.face.talking_file import SHARE, StoredTalker, load_talking, save_talking
 from abs_engine.fit.talking import talking_problem
 from abs_engine.io.npz import write_npz
 
@@ -102,6 +103,22 @@ def test_a_head_at_rest_of_another_mesh_is_refused(face, tmp_path):
     assert not (tmp_path / FACE).exists()
 
 
+def test_noise_that_points_share_is_whitened_as_far_as_was_measured(face, path):
+    """That of this face, drawn with noise of each pixel, is nearly all of single components."""
+    assert APPEARANCE.alone < face.la_own_share <= 1
+    for own in (face, load_talking(path).face):
+        looks = as_face(own).appearance["local"]
+        assert looks.own_share == face.la_own_share
+        np.testing.assert_array_equal(looks.whitener, face.la_lin.whitened_by(face.la_own_share))
+
+
+def test_a_file_of_an_earlier_version_has_the_share_of_then(face, whole, tmp_path):
+    np.savez(tmp_path / FACE, **{name: v for name, v in whole.items() if name != SHARE})
+    back = load_talking(tmp_path / FACE).face
+    assert as_face(back).appearance["local"].own_share == APPEARANCE.alone
+    same(replace(back, la_own_share=face.la_own_share), face)
+
+
 def test_parts_and_constant_models_are_not_stored_twice(whole):
     assert not {name for name in whole if name.startswith(("tex_cst.", "la_cst."))}
     assert whole["surface"].dtype == whole["outer"].dtype == np.bool_
@@ -186,7 +203,7 @@ def test_another_version_or_format_is_named(whole, tmp_path):
 
 
 def test_every_missing_array_is_named(whole, tmp_path):
-    for name in whole.keys() - {"format", "version"}:
+    for name in whole.keys() - {"format", "version", SHARE}:
         rest = {key: values for key, values in whole.items() if key != name}
         told = str(_refused(tmp_path, rest))
         assert name in told or name.startswith("rings."), name
@@ -233,6 +250,8 @@ def test_every_array_of_another_shape_is_refused(whole, tmp_path):
         ("scene.facet_class", 7, "a facet has no region"),
         ("penalty.softness", -1, "the penalty is not positive"),
         ("la_scale", 0, "scale of local appearance is not positive"),
+        ("la_own_share", 0, "own share of local appearance is not between 0 and 1"),
+        ("la_own_share", 1.1, "own share of local appearance is not between 0 and 1"),
         ("spec.lower", 100, "a bound is empty"),
     ],
 )

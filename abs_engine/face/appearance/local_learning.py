@@ -19,6 +19,9 @@ from abs_engine.face.appearance.visibility import Sighting, sighted
 from abs_engine.face.appearance.windows import Windows
 from abs_engine.face.settings.appearance import APPEARANCE
 
+FEWEST = 3
+"""Recordings that noise is measured on: each is foretold by others that foretell each other."""
+
 
 def learn_local(
     sightings: Iterable[Sighting],
@@ -112,13 +115,15 @@ def own_share(frames: Frames, ridge: float) -> float:
     Parameters
     ----------
     frames : Frames
-        Descriptors of the points that are compared, of three recordings and more; each frame is a
-        recording of its own where none are known.
+        Descriptors of the points that are compared; each frame is a recording of its own where none
+        are known. Of less than three recordings it is `AppearanceSettings.alone`.
     ridge : float
         Of their fits.
     """
     alone, given = np.arange(len(frames.seen)), frames.recordings
     recordings = alone if given is None else given
+    if len(np.unique(recordings)) < FEWEST:
+        return APPEARANCE.alone
     missed, gained = frames.left_out(ridge), np.zeros(len(APPEARANCE.alone_tried))
     for name in np.unique(recordings):
         others = frames.recorded(recordings != name)
