@@ -27,6 +27,23 @@ def _known(name: str, names: tuple[str, ...]) -> str:
     return name
 
 
+@dataclass(frozen=True)
+class Noises:
+    """The noise of a face's appearance, measured on training pictures that were left out.
+
+    Parameters
+    ----------
+    tex_noise, tex_observations : float
+        `noise` and `observations` of `TextureLooks`.
+    la_own_share : float
+        See `local_learning.own_share`.
+    """
+
+    tex_noise: float
+    tex_observations: float
+    la_own_share: float
+
+
 @dataclass(frozen=True, eq=False)
 class TalkingFace:
     """A speaker-specific face: a shape and the four appearance models.
@@ -39,8 +56,8 @@ class TalkingFace:
         Their points are vertices of ``face.shape.outer``.
     la_scale : float
         Drawn pixels per image pixel at which local appearance was learned and is compared.
-    la_own_share : float
-        See `local_learning.own_share`.
+    noises : Noises or None
+        None where they were not measured, as in files of earlier versions.
     """
 
     shape: FaceShape
@@ -49,7 +66,7 @@ class TalkingFace:
     la_lin: LocalModel
     la_cst: LocalModel
     la_scale: float = 1.0
-    la_own_share: float = APPEARANCE.alone
+    noises: Noises | None = None
 
     def texture(self, name: str) -> TextureModel:
         """A texture model by its name.
@@ -79,15 +96,18 @@ class TalkingFace:
 
 def as_face(face: TalkingFace) -> Face:
     """The face that a clip is tracked with: of each kind of appearance the linear model."""
-    model = face.tex_lin
-    noise = float(np.sqrt(np.mean(model.leftover.spread.astype(np.float64) ** 2)))
-    looks = {
-        "texture": TextureLooks(model, face.shape.surface, face.dressed["tex_lin"], noise),
-        "local": LocalLooks(
-            face.la_lin, face.shape.outer, face.la_scale, own_share=face.la_own_share
-        ),
-    }
+    model, noises = face.tex_lin, face.noises or _unmeasured(face.tex_lin)
+    drawn = face.shape.surface, face.dressed["tex_lin"]
+    texture = TextureLooks(model, *drawn, noises.tex_noise, noises.tex_observations)
+    local = LocalLooks(face.la_lin, face.shape.outer, face.la_scale, own_share=noises.la_own_share)
+    looks = {"texture": texture, "local": local}
     return replace(shape_as_face(face.shape), appearance=looks)
+
+
+def _unmeasured(model: TextureModel) -> Noises:
+    """Noises of a face in whose file there are none, as earlier versions took them to be."""
+    noise = float(np.sqrt(np.mean(model.leftover.spread.astype(np.float64) ** 2)))
+    return Noises(noise, 0.0, APPEARANCE.alone)
 
 
 def shape_as_face(shape: FaceShape) -> Face:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import astuple
 from typing import Any
 
 import numpy as np
@@ -71,7 +72,9 @@ def _of_appearance(face: TalkingFace) -> dict[str, bool]:
             _inside(model.vertices, len(face.shape.outer.mean)) for model in local
         ),
         "the scale of local appearance is not positive": face.la_scale > 0,
-        "the own share of local appearance is not between 0 and 1": 0 < face.la_own_share <= 1,
+        "the noise of the appearance is not positive, or a share is above 1": (
+            face.noises is None or (min(astuple(face.noises)) > 0 and face.noises.la_own_share <= 1)
+        ),
     }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,9 +20,8 @@ from abs_engine.face.appearance.texture import TextureModel
 from abs_engine.face.articulated import FaceShape, middle
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.scene_arrays import SCENE_ARRAYS, facets_of_part, scene_arrays
-from abs_engine.face.settings.appearance import APPEARANCE
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
-from abs_engine.face.talking import TalkingFace
+from abs_engine.face.talking import Noises, TalkingFace
 from abs_engine.face.talking_checks import conditions, same
 from abs_engine.io.inputs import MOST, name_problem
 from abs_engine.io.npz import read_npz, read_some, write_npz
@@ -32,7 +31,6 @@ FORMAT, VERSION = "abs_engine.talking_face", 1
 _REMEDY = "make it again"
 _LEARN = "learn it again"
 NEUTRAL = "own_neutral"
-SHARE = "la_own_share"  # files of earlier versions have none
 _LOOKS = ("tex_", "la_")
 """How the names begin of arrays that a shape alone does not have."""
 _TWINS = {"tex_cst": "tex_lin", "la_cst": "la_lin"}
@@ -173,7 +171,7 @@ class _Arrays(dict[str, NDArray[np.generic]]):
 def _arrays(face: TalkingFace) -> dict[str, Any]:
     """All that is in the file but whose face it is."""
     own: dict[str, Any] = {"la_scale": float(face.la_scale)}
-    own[SHARE] = float(face.la_own_share)
+    own |= {} if face.noises is None else asdict(face.noises)
     parts = {"tex_lin": face.tex_lin.arrays(), "la_lin": face.la_lin.arrays()}
     for name, linear in _TWINS.items():
         twin, known = getattr(face, name).arrays(), getattr(face, linear).constant().arrays()
@@ -241,8 +239,10 @@ def _face(data: _Arrays, shape: FaceShape) -> TalkingFace:
     if not data["la_cst_is_constant_la_lin"]:
         la_cst = _model(data.part("la_cst"), LocalModel.from_arrays, LocalModel.arrays)
     scale = float(data.take("la_scale", "f"))
-    share = float(data.take(SHARE, "f")) if SHARE in data else APPEARANCE.alone
-    return TalkingFace(shape, tex_lin, tex_cst, la_lin, la_cst, scale, share)
+    names = [f.name for f in fields(Noises)]
+    measured = any(name in data for name in names)
+    noises = Noises(*(float(data.take(n, "f")) for n in names)) if measured else None
+    return TalkingFace(shape, tex_lin, tex_cst, la_lin, la_cst, scale, noises)
 
 
 def _shape(data: _Arrays) -> FaceShape:

@@ -14,15 +14,15 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
 from abs_engine.face.appearance.information import choose_informative, information
 from abs_engine.face.appearance.local import LocalModel
-from abs_engine.face.appearance.local_learning import learn_local_frames, own_share
+from abs_engine.face.appearance.local_learning import FEWEST, learn_local_frames, own_share
 from abs_engine.face.appearance.point_selection import N_POINTS
-from abs_engine.face.appearance.texture import learn_shared_texture, learn_texture
+from abs_engine.face.appearance.texture import learn_shared_texture
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.compared import ComparedHead
 from abs_engine.face.learned_appearance import Appearance
 from abs_engine.face.scene_arrays import facets_of_part
-from abs_engine.face.talking import TalkingFace
+from abs_engine.face.talking import Noises, TalkingFace
 from abs_engine.learn.settings import LEARNING
 
 
@@ -54,12 +54,14 @@ def learn_face(
         raise ParameterError("there are no pictures to learn from", "give some")
     textured = shape.scene
     atlas = lay_atlas(textured, fitting_size(textured, camera, seen[0].pose), renderer)
-    tex = learn_texture(seen, textured, atlas, camera, renderer)
+    tex, noise, worth = learn_shared_texture(seen, textured, atlas, camera, renderer)
     depth = float(seen[0].pose.apply(shape.pivot)[2])
     scale = min(1.0, LEARNING.finest * depth / float(camera.matrix[0, 0]))
     local, share = _local(shape, seen, camera, renderer, scale, count)
     local = local.within(shape.kept)
-    return TalkingFace(shape, tex, tex.constant(), local, local.constant(), scale, share)
+    few = len(seen) < FEWEST or not noise  # nothing is known of it
+    noises = None if few else Noises(noise, worth, share)
+    return TalkingFace(shape, tex, tex.constant(), local, local.constant(), scale, noises)
 
 
 def learn_appearance(

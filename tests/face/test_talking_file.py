@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import astuple, fields, is_dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +15,12 @@ from abs_engine.core.scene import Candidates, Scene
 from abs_engine.face.appearance.region import part
 from abs_engine.face.settings.appearance import APPEARANCE
 from abs_engine.face.talking import MODELS, TalkingFace, as_face, shape_as_face
-from abs_engine.face.talking_file import SHARE, StoredTalker, load_talking, save_talking
+from abs_engine.face.talking_file import StoredTalker, load_talking, save_talking
 from abs_engine.fit.talking import talking_problem
 from abs_engine.io.npz import write_npz
 
 FACE = "face.npz"
+NOISES = {"tex_noise", "tex_observations", "la_own_share"}
 
 
 @pytest.fixture(scope="module")
@@ -103,20 +104,26 @@ def test_a_head_at_rest_of_another_mesh_is_refused(face, tmp_path):
     assert not (tmp_path / FACE).exists()
 
 
-def test_noise_that_points_share_is_whitened_as_far_as_was_measured(face, path):
-    """That of this face, drawn with noise of each pixel, is nearly all of single components."""
-    assert APPEARANCE.alone < face.la_own_share <= 1
-    for own in (face, load_talking(path).face):
-        looks = as_face(own).appearance["local"]
-        assert looks.own_share == face.la_own_share
-        np.testing.assert_array_equal(looks.whitener, face.la_lin.whitened_by(face.la_own_share))
+def test_noise_is_measured_and_compared_by(face):
+    looks = as_face(face).appearance
+    found = looks["texture"].noise, looks["texture"].observations, looks["local"].own_share
+    assert found == astuple(face.noises)
+    assert 0 < face.noises.tex_noise < 0.05
+    assert 1 < face.noises.tex_observations < 1000
+    assert face.noises.la_own_share in APPEARANCE.alone_tried
 
 
-def test_a_file_of_an_earlier_version_has_the_share_of_then(face, whole, tmp_path):
-    np.savez(tmp_path / FACE, **{name: v for name, v in whole.items() if name != SHARE})
+def test_a_file_of_an_earlier_version_has_the_noise_of_then(face, whole, tmp_path):
+    earlier = {name: values for name, values in whole.items() if name not in NOISES}
+    np.savez(tmp_path / FACE, **earlier)
     back = load_talking(tmp_path / FACE).face
-    assert as_face(back).appearance["local"].own_share == APPEARANCE.alone
-    same(replace(back, la_own_share=face.la_own_share), face)
+    same(replace(back, noises=face.noises), face)
+    looks = as_face(back).appearance
+    assert (looks["local"].own_share, looks["texture"].observations) == (APPEARANCE.alone, 0)
+    spread = face.tex_lin.leftover.spread
+    assert looks["texture"].noise == pytest.approx(np.sqrt(np.mean(spread**2)))
+    save_talking(tmp_path / "again.npz", back, "clara", "")
+    assert load_talking(tmp_path / "again.npz").face.noises is None
 
 
 def test_parts_and_constant_models_are_not_stored_twice(whole):
@@ -203,7 +210,7 @@ def test_another_version_or_format_is_named(whole, tmp_path):
 
 
 def test_every_missing_array_is_named(whole, tmp_path):
-    for name in whole.keys() - {"format", "version", SHARE}:
+    for name in whole.keys() - {"format", "version"}:
         rest = {key: values for key, values in whole.items() if key != name}
         told = str(_refused(tmp_path, rest))
         assert name in told or name.startswith("rings."), name
@@ -250,8 +257,8 @@ def test_every_array_of_another_shape_is_refused(whole, tmp_path):
         ("scene.facet_class", 7, "a facet has no region"),
         ("penalty.softness", -1, "the penalty is not positive"),
         ("la_scale", 0, "scale of local appearance is not positive"),
-        ("la_own_share", 0, "own share of local appearance is not between 0 and 1"),
-        ("la_own_share", 1.1, "own share of local appearance is not between 0 and 1"),
+        ("tex_noise", 0, "noise of the appearance is not positive"),
+        ("la_own_share", 1.1, "a share is above 1"),
         ("spec.lower", 100, "a bound is empty"),
     ],
 )

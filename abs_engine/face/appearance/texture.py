@@ -210,18 +210,18 @@ def learn_shared_texture(
     atlas: Atlas,
     camera: Camera,
     renderer: Renderer,
-    recordings: IntArray,
+    recordings: IntArray | None = None,
 ) -> tuple[TextureModel, float, float]:
     """Learn the texture that several recordings share, and how far a recording is off it.
 
-    The ridge is that with which recordings foretell others best.
+    The ridge is that with which recordings foretell others best; without any, as `learn_texture`'s.
 
     Parameters
     ----------
     sightings, scene, atlas, camera, renderer
         As of `learn_texture`.
-    recordings : (T,) int64
-        Which frames were recorded together.
+    recordings : (T,) int64, optional
+        Which frames were recorded together; by default each is a recording of its own.
 
     Returns
     -------
@@ -239,7 +239,8 @@ def learn_shared_texture(
     """
     fits, frames = _gathered(sightings, scene, atlas, camera, renderer, recordings)
     ridge = frames.ridge(APPEARANCE.ridge)
-    squared = (frames.left_out(ridge) ** 2).mean(axis=2).sum(axis=1)
+    shown = frames.of(np.asarray(frames.seen.any(axis=0)))  # the rest only costs memory
+    squared = (shown.left_out(ridge) ** 2).mean(axis=2).sum(axis=1)
     each = squared / np.maximum(frames.seen.sum(axis=1), 1)
     worth = 2 * each.mean() ** 2 / max(each.var(), 1e-300)
     model = _solved(fits, frames, ridge, atlas)
