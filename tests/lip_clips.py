@@ -66,7 +66,7 @@ def clip(frames: range, poses: tuple[Pose, ...]) -> LipClip:
 
 
 def write_lip_run(folder: Path, frames: range, pose: Pose) -> Path:
-    """A run whose mesh is the truth, and its video beside it."""
+    """A run whose mesh is the truth, about the average of speech, and its video beside it."""
     folder.mkdir()
     video = folder.with_suffix(".mp4")
     recorder = Recorder(replace(toy_setting(), camera=CAMERA))
@@ -75,9 +75,9 @@ def write_lip_run(folder: Path, frames: range, pose: Pose) -> Path:
             writer.write(picture(frame, pose))
             recorder.add(replace(toy_result(index), pose=pose))
     np.savez(folder / "results.npz", **recorder.record().arrays)
-    neutral = SPEAKER.named("clara")
-    moved = HEADS[list(frames)] - neutral
-    RunMesh(neutral, moved, np.eye(len(frames)), SPEAKER.faces).save(folder)
+    mean, rest = HEADS.mean(axis=0), SPEAKER.named("clara")
+    moved = HEADS[list(frames)] - mean
+    RunMesh(mean, moved, np.eye(len(frames)), SPEAKER.faces, rest).save(folder)
     classes().save(folder / "colours.npz")
     settings = {
         "video": video.name, "video_sha256": digest(video), "model": "head",

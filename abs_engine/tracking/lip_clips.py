@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import (
     InputFileError,
@@ -17,7 +18,7 @@ from abs_engine.core.errors import (
     TooFewFramesError,
 )
 from abs_engine.core.scene import Renderer
-from abs_engine.dataset.sums import check_distinct
+from abs_engine.dataset.sums import check_distinct, digest
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.shape.lip_model import LipModel, lip_model
 from abs_engine.face.shape.lip_shell import LipShell
@@ -103,9 +104,7 @@ def load_lip_run(folder: Path, speaker: Speaker, shell: LipShell) -> LipRun:
         was tracked with another head or without colours.
     """
     recording, mesh = load_recording(folder, speaker), load_mesh_of(folder, speaker)
-    if "camera_matrix" not in recording.run or "covered" not in recording.run:
-        raise ModelFormatError(f"{folder} is of an early release", "track the video again")
-    rest = _rest(folder, mesh.mean, speaker, shell)
+    rest = _rest(folder, mesh.mean, speaker, shell) if mesh.rest is None else mesh.rest
     moved = shell.nodes(mesh.modes.astype(np.float64)).reshape(len(mesh.modes), -1)
     offset = shell.nodes(mesh.mean.astype(np.float64) - rest)
     tracked = (mesh.weights @ moved).reshape(len(mesh), *offset.shape) + offset
@@ -130,12 +129,18 @@ def lip_clip(
     Raises
     ------
     ParameterError
-        If the runs have other numbers of frames.
+        If the runs have other numbers of frames, or other rates.
     TooFewFramesError
         If in too few of them the mouth was found by every camera.
     """  # fmt: skip
     first = runs[0]
     for run in runs[1:]:
+        rates = [float(one.recording.run["rate"]) for one in (first, run)]
+        if abs(rates[0] / rates[1] - 1) > CAPTURE.rates_apart:
+            raise ParameterError(
+                f"{first.folder} has {rates[0]:g} frames/s, {run.folder} {rates[1]:g}",
+                "join runs of videos that were taken together",
+            )
         if run.recording.count != first.recording.count:
             raise ParameterError(
                 f"{first.folder} has {first.recording.count} frames, {run.folder} "
@@ -160,7 +165,10 @@ def lip_clip(
 def _rest(
     folder: Path, mean: NDArray[np.float32], speaker: Speaker, shell: LipShell
 ) -> NDArray[np.float32]:
-    """The head (V, 3) at rest: without the mean posture, if it was tracked with physics."""
+    """The head (V, 3) nearly at rest, of a run that does not say it, as those of earlier versions.
+
+    It is without the mean posture of physics that it was tracked with; without any, it is the mean.
+    """
     physics = _physics_of(folder)
     if physics is None:
         return mean
@@ -174,7 +182,8 @@ def _physics_of(folder: Path) -> LearnedPhysics | None:
     try:
         told = stated_settings(folder)
         shell = told.get("model") == "shell"
-        name = told.get("physics") or (told.get("model_file") if shell else None)
+        named = "model_file" if shell and not told.get("physics") else "physics"
+        name, known = told.get(named), told.get(f"{named.removesuffix('_file')}_sha256")
     except (OSError, ValueError, KeyError) as error:
         raise ModelFormatError(
             f"{folder / SUMMARY} does not say how it was tracked", "track the video again"
@@ -182,10 +191,16 @@ def _physics_of(folder: Path) -> LearnedPhysics | None:
     if name is None:
         return load_physics(shipped(BUNDLED)) if shell else None
     places = [folder.parent / Path(name).name, Path(Path(name).name)]
-    found = next((p for p in places if p.is_file()), None)
-    if found is None:
+    there = [p for p in places if p.is_file()]
+    if not there:
         raise InputFileError(
             f"{name}, the lips that {folder} was tracked with, are not there",
             "put the file beside the run or into this folder",
+        )
+    found = next((p for p in there if known in (None, digest(p))), None)
+    if found is None:
+        raise InputFileError(
+            f"{name}, the lips that {folder} was tracked with, have changed since",
+            "put the file that they were beside the run, or track the video again",
         )
     return load_physics(found)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
 from abs_engine.io.video import VideoInfo
@@ -30,11 +31,7 @@ def check_options(options: TrackOptions, info: VideoInfo) -> None:
 
     And for a mouth beside poses, which say where it is, and a filter that the frames do not allow.
     """
-    if options.camera is not None and options.camera.size != info.size:
-        raise ParameterError(
-            "the camera has {}x{} pixels, the video {}x{}".format(*options.camera.size, *info.size),
-            "give the camera.json of this video, as it is shown: upright, with square pixels",
-        )
+    check_camera(options.camera, info.size)
     check_choices(options)
     if options.smooth is not None:
         Smoothing.named(options.smooth).check(info.rate, np.asarray(info.times))
@@ -50,6 +47,15 @@ def check_options(options: TrackOptions, info: VideoInfo) -> None:
         raise ParameterError(
             f"the mouth {x:g} {y:g} {width:g} {height:g} is not in the picture",
             f"give left, top, width and height within {right}x{bottom} pixels",
+        )
+
+
+def check_camera(camera: Camera | None, size: tuple[int, int]) -> None:
+    """Raise `ParameterError` if a camera that is given is of another picture than the video's."""
+    if camera is not None and camera.size != size:
+        raise ParameterError(
+            "the camera has {}x{} pixels, the video {}x{}".format(*camera.size, *size),
+            "give the camera.json of this video, as it is shown: upright, with square pixels",
         )
 
 

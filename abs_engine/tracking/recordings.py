@@ -21,13 +21,13 @@ from abs_engine.core.errors import (
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.words import counted
 from abs_engine.dataset.sums import check_distinct, digest
+from abs_engine.fit.opening import NAME as OPENING
 from abs_engine.io.assets import Speaker
 from abs_engine.io.video import probe
 from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking.face_choice import LARGEST, FaceChoice
 from abs_engine.tracking.initial_pose import FaceBox
-from abs_engine.tracking.record import SUMMARY, Record, camera_of, load_run
-from abs_engine.tracking.run_mesh import load_mesh_of
+from abs_engine.tracking.record import SUMMARY, Record, camera_of, load_whole_run
 from abs_engine.tracking.scale import USUAL_PUPILS, Scale
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.stated_settings import stated_settings
@@ -47,7 +47,7 @@ class Recording:
     run : dict of str to array
         As ``results.npz`` has them.
     head : (V, 3) float32, mm
-        The person's whole head by this video alone.
+        The person's whole head by this video alone, in the mean posture of what tracked it.
     postures : (T, P) float64
         NaN in lost frames.
     pupils : float, mm
@@ -56,6 +56,8 @@ class Recording:
         The face that was tracked.
     remarks : tuple of str
         What a user should know of a video that was just tracked: several faces, cuts, warnings.
+    rest : (V, 3) float32, mm, or None
+        The head without expression; None in runs of earlier versions.
     """
 
     path: Path
@@ -66,12 +68,13 @@ class Recording:
     pupils: float
     choice: FaceChoice = LARGEST
     remarks: tuple[str, ...] = ()
+    rest: NDArray[np.float32] | None = None
 
     @classmethod
     def of(cls, path: Path, video: Path, record: Record, scale: Scale) -> Recording:
         """Recording of the clip that was just tracked; its face is the largest."""
-        mesh = record.mesh
-        return cls(path, video, record.copied().arrays, mesh.mean, mesh.weights, scale.pupils)
+        mesh, arrays = record.mesh, record.copied().arrays
+        return cls(path, video, arrays, mesh.mean, mesh.weights, scale.pupils, rest=mesh.rest)
 
     def again(self, record: Record, scale: Scale) -> Recording:
         """The same recording, tracked another time."""
@@ -125,9 +128,14 @@ def load_recording(folder: Path, speaker: Speaker) -> Recording:
     Raises
     ------
     InputFileError, ModelFormatError
-        If the run cannot be read or is of another head, or its video is not there or has changed.
+        If the run cannot be read, is of an earlier version, of another head, or of a camera that is
+        worn before the mouth, or its video is not there or has changed.
     """
-    run, mesh = load_run(folder), load_mesh_of(folder, speaker)
+    run, mesh = load_whole_run(folder, speaker, needs=("covered", "contradicted"))
+    if OPENING in run.get("term_names", ()):
+        raise InputFileError(
+            f"{folder} was tracked with --worn", "give recordings that show the whole face"
+        )
     try:
         told = stated_settings(folder)
         choice = _choice(told, run)
@@ -141,7 +149,9 @@ def load_recording(folder: Path, speaker: Speaker) -> Recording:
     there = [p for p in (folder / stored, folder.parent / name, Path(name)) if p.is_file()]
     video = next((p for p in there if digest(p) == known), None)
     if video is not None:
-        return Recording(folder, video, run, mesh.mean, mesh.weights, pupils, choice)
+        return Recording(
+            folder, video, run, mesh.mean, mesh.weights, pupils, choice, rest=mesh.rest
+        )  # fmt: skip
     if there:
         raise InputFileError(
             f"{name}, the video of {folder}, has changed since it was tracked",
@@ -242,10 +252,17 @@ def doubt_same(recordings: Sequence[Recording], speaker: Speaker) -> tuple[int, 
 
 
 def _sized(recordings: Sequence[Recording], speaker: Speaker) -> FloatArray:
-    """Centred faces (N, K, 3), mm, at the size that the usual pupil distance gives them."""
+    """Centred faces (N, K, 3), mm, at the size that the usual pupil distance gives them.
+
+    Without expression if all say how they are then, as models differ in their mean posture.
+    """
     at = speaker.points["face"]
-    sized = [one.head[at].astype(np.float64) * USUAL_PUPILS / one.pupils for one in recordings]
-    faces = np.stack(sized)
+    rests = [one.rest for one in recordings if one.rest is not None]
+    heads = rests if len(rests) == len(recordings) else [one.head for one in recordings]
+    sizes = [USUAL_PUPILS / one.pupils for one in recordings]
+    faces = np.stack(
+        [h[at].astype(np.float64) * size for h, size in zip(heads, sizes, strict=True)]
+    )
     return np.asarray(faces - faces.mean(axis=1, keepdims=True))
 
 

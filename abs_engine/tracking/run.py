@@ -254,6 +254,7 @@ def settings_of(tracker: ClipTracker, options: TrackOptions) -> dict[str, Any]:
         "speaker": "bundled" if options.speaker is None else options.speaker.name,
         "poses": "estimated" if options.poses is None else options.poses.name,
         "physics": None if options.physics is None else options.physics.name,
+        "physics_sha256": None if options.physics is None else digest(options.physics),
         "colours": "learned" if options.colours is None else options.colours.name,
         "face": options.face,
         "remarks": tracker.remarks,

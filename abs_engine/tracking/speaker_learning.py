@@ -29,6 +29,7 @@ from abs_engine.tracking.loop import track
 from abs_engine.tracking.options import Clip, Leaves, TrackOptions
 from abs_engine.tracking.person_fit import fit_person
 from abs_engine.tracking.record import Record, Recorder
+from abs_engine.tracking.recorded_cameras import camera_used
 from abs_engine.tracking.recorded_frames import pictures, turned
 from abs_engine.tracking.recordings import Recording, check_same, check_variety, check_videos
 from abs_engine.tracking.run import prepare, silent
@@ -227,7 +228,10 @@ class Learner:
         each = []
         for number, one in enumerate(recordings, 1):
             self.tell(f"tracking frames left out of recording {number} of {len(recordings)}")
-            scores = self.followed(one, face, one.first_left_out).arrays["score"]
+            try:
+                scores = self.followed(one, face, one.first_left_out).arrays["score"]
+            except FaceNotFoundError:
+                scores = np.zeros(one.count - one.first_left_out)
             each.append(np.nan_to_num(np.asarray(scores, np.float64)))
         return float(np.mean(np.concatenate(each)))
 
@@ -253,13 +257,13 @@ def learn_speaker(
     TooFewFramesError
         If they show too little: no open mouth, or no closed one.
     ParameterError
-        If the videos are of several sizes, or one comes twice.
+        If the videos are of several sizes, or one comes twice, or a camera is another's.
     """
     size = check_videos([(one.path, one.video) for one in recordings])
     speaker = load_speaker(options.speaker)
     check_same(recordings, speaker)
     check_variety(recordings)
-    camera = options.camera or Camera.ideal(size)
+    camera = camera_used(recordings, options.camera, size)
     expected = anybody(speaker, correspondence_of(speaker, renderer))
     average = AverageHead.of(*expected, pupil_scale(options.pupil_distance))
     learner = Learner(speaker, average, camera, renderer, tell or silent)

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from lip_clips import FRONT, HEADS, LEFT, SPEAKER, clip, lips, write_lip_run
+from lip_clips import FRONT, HEADS, LEFT, RIGHT, SPEAKER, clip, lips, write_lip_run
 from scipy.optimize import minimize
 
 from abs_engine.capture.observations import write_observations
 from abs_engine.cli import main
 from abs_engine.core.errors import InputFileError
+from abs_engine.dataset.sums import digest
 from abs_engine.face.shape.modal import LearnedPhysics, learn, load_physics
 from abs_engine.face.shape.physics_head import physics_shape
 from abs_engine.io.assets import shipped
@@ -155,6 +156,13 @@ class TestFurther:
         assert (done.kept, done.evidence, len(done.sources)) == (0, (1.0, 2.0, 2.0), 1)
 
 
+def rewrite(run: Path, without: str = "", **arrays: np.ndarray) -> None:
+    """Write the results of a run again without one of its arrays, or with others."""
+    with np.load(run / "results.npz") as data:
+        kept = {name: data[name] for name in data.files if name != without}
+    np.savez(run / "results.npz", **(kept | arrays))
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Dots, and runs of two cameras."""
@@ -192,12 +200,16 @@ class TestAdd:
         worn = write_lip_run(folder / "worn", range(5, 10), LEFT)
         (worn / "colours.npz").unlink()
         write_lip_run(folder / "few", range(5, 8), LEFT)
+        rewrite(write_lip_run(folder / "early", range(5, 13), LEFT), without="contradicted")
+        rewrite(write_lip_run(folder / "fast", range(5, 15), RIGHT), rate=np.array(50.0))
         cases = {
             f"{folder / 'front'},{folder / 'short'}": "begin and end at the same time",
             str(folder / "moved"): "is not there",
             str(folder / "few"): "in 3 frames",
             str(folder / "none"): "none",
             str(folder / "worn"): "tracked without colours, as with --worn",
+            str(folder / "early"): "lacks contradicted; track it again",
+            f"{folder / 'front'},{folder / 'fast'}": "front has 25 frames/s, ",
             f"{folder / 'front'},{folder / 'front'}": "come from the same video",
             ",": "names no run",
         }
@@ -208,7 +220,23 @@ class TestAdd:
             assert not (folder / "lips.npz").exists()
 
 
-def test_the_rest_of_a_run_tracked_with_physics_is_without_its_mean(tmp_path: Path):
+def test_lips_move_away_from_the_persons_rest_not_from_the_average_of_speech(folder: Path):
+    shell = lips().model.shell
+    run, neutral = load_lip_run(folder / "front", SPEAKER, shell), SPEAKER.named("clara")
+    np.testing.assert_array_equal(run.rest, neutral)
+    truth = shell.nodes(HEADS[5:15]) - shell.nodes(neutral)
+    np.testing.assert_allclose(run.tracked, truth, atol=1e-3)
+
+
+def test_the_physics_of_a_run_that_states_its_rest_is_not_asked_for(tmp_path: Path):
+    run = write_lip_run(tmp_path / "run", range(5, 7), FRONT)
+    told = json.loads((run / "run.json").read_text())
+    told["settings"] |= {"physics": "lost.npz"}
+    (run / "run.json").write_text(json.dumps(told))
+    load_lip_run(run, SPEAKER, lips().model.shell)
+
+
+def test_the_rest_of_an_early_run_tracked_with_physics_is_without_its_mean(tmp_path: Path):
     """There the head of the mesh is in the mean posture of the lips that it was tracked with."""
     folder, physics = write_lip_run(tmp_path / "run", range(5, 7), FRONT), lips().model.physics
     neutral, shell = SPEAKER.named("clara"), lips().model.shell
@@ -230,6 +258,14 @@ def test_the_rest_of_a_run_tracked_with_physics_is_without_its_mean(tmp_path: Pa
         near = physics_shape(SPEAKER, np.zeros_like(neutral), shell, moves_by).mean
         np.testing.assert_allclose(run.tracked[0], shell.nodes(near), atol=1e-3)
         assert np.abs(run.tracked[0]).max() > 0.5
+    named = {"physics": "lips.npz", "physics_sha256": digest(tmp_path / "lips.npz")}
+    told["settings"] |= named
+    summary.write_text(json.dumps(told))
+    load_lip_run(folder, SPEAKER, shell)
+    replace(physics, source="others").save(tmp_path / "others.npz")
+    (tmp_path / "others.npz").rename(tmp_path / "lips.npz")
+    with pytest.raises(InputFileError, match=r"lips\.npz, the lips that .* have changed since"):
+        load_lip_run(folder, SPEAKER, shell)
 
 
 def test_a_physics_with_and_without_cross_validated_variances_is_read_back(tmp_path: Path):

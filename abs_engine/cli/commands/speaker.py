@@ -49,6 +49,7 @@ def speaker(chosen: Chosen) -> Done:
     from abs_engine.io.assets import load_speaker
     from abs_engine.tracking.face_choice import LARGEST
     from abs_engine.tracking.options import TrackOptions
+    from abs_engine.tracking.recorded_cameras import camera_used
     from abs_engine.tracking.recorded_frames import check_colours
     from abs_engine.tracking.recordings import check_videos, load_recording
     from abs_engine.tracking.speaker_learning import learn_speaker, tracked
@@ -63,7 +64,8 @@ def speaker(chosen: Chosen) -> Done:
     runs = {path: load_recording(path, head) for path in paths if path.is_dir()}
     videos = [runs[path].video if path in runs else path for path in paths]
     choices = [runs[path].choice if path in runs else LARGEST for path in paths]
-    check_videos(list(zip(paths, videos, strict=True)))
+    size = check_videos(list(zip(paths, videos, strict=True)))
+    camera_used(runs.values(), options.camera, size)
     check_colours(list(zip(paths, videos, choices, strict=True)))
     with opened(chosen.renderer) as renderer, Progress("learning") as progress:
         print_hints(renderer)
