@@ -22,13 +22,16 @@ from runs import (
 )
 
 from abs_engine.cli import main
+from abs_engine.core.camera import Camera
 from abs_engine.core.errors import (
+    FaceNotFoundError,
     InputFileError,
     ModelFormatError,
     OtherPersonError,
     ParameterError,
     TooFewFramesError,
 )
+from abs_engine.dataset.camera_file import camera_json
 from abs_engine.dataset.sums import check_distinct
 from abs_engine.face.head import build_mouth_model
 from abs_engine.io.assets import load_speaker
@@ -37,6 +40,7 @@ from abs_engine.tracking import speaker_learning
 from abs_engine.tracking.face_choice import FOLLOWS, LARGEST, FaceChoice
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.options import TrackOptions
+from abs_engine.tracking.recorded_cameras import camera_used
 from abs_engine.tracking.recordings import (
     Recording,
     check_same,
@@ -52,6 +56,7 @@ from abs_engine.tracking.speaker_learning import Learned, Learner, learn_speaker
 from abs_engine.tracking.speakers import SpeakerClip
 
 FRAMES = 50
+CAMERA = Camera.ideal((96, 80))
 
 
 def recording(name="one.mp4", aperture=None, widened=0.0, larger=1.0):
@@ -63,6 +68,8 @@ def recording(name="one.mp4", aperture=None, widened=0.0, larger=1.0):
         "index": np.arange(count), "found": ~no, "covered": no, "contradicted": no,
         "status": np.full(count, "converged"), "aperture": aperture,
         "width": np.linspace(50, 40, count), "rate": np.array(25.0),
+        "camera_matrix": CAMERA.matrix, "camera_distortion": CAMERA.distortion,
+        "camera_size": np.array(CAMERA.size),
     }  # fmt: skip
     head = load_speaker().vertices * np.array([1 + widened, 1, 1], np.float32) * larger
     return Recording(
@@ -147,6 +154,15 @@ def test_heads_are_compared_in_one_size():
     check_same([recording("a.mp4"), recording("b.mp4", larger=1.26)], load_speaker())
 
 
+def test_heads_are_compared_without_the_mean_posture_of_what_tracked_them():
+    """In another posture, as of other physics; where one does not say its rest, in that posture."""
+    speaker, closed = load_speaker(), recording("a.mp4")
+    parted = replace(recording("b.mp4", widened=0.1), rest=closed.head)
+    check_same([replace(closed, rest=closed.head), parted], speaker)
+    with pytest.raises(OtherPersonError):
+        check_same([closed, parted], speaker)
+
+
 def test_a_video_that_comes_twice_is_refused(tmp_path):
     one, other, run = tmp_path / "one.mp4", tmp_path / "other.mp4", tmp_path / "run"
     one.write_bytes(b"pictures")
@@ -196,6 +212,7 @@ def test_its_video_is_taken_from_where_the_run_says_that_it_was(run, tmp_path):
     found = load_recording(run, load_speaker())
     assert found.video.samefile(video)
     assert (found.path, found.pupils) == (run, 60.0)
+    np.testing.assert_array_equal(found.rest, toy_setting().face.body.rest)
     video.rename(tmp_path / "talk.mp4")
     assert load_recording(run, load_speaker()).video.samefile(tmp_path / "talk.mp4")
     with (tmp_path / "talk.mp4").open("ab") as file:
@@ -280,6 +297,64 @@ def test_a_run_of_another_head_is_refused(run):
     other = replace(load_speaker(), faces=load_speaker().faces[:, ::-1])
     with pytest.raises(ModelFormatError, match="tracked with another head"):
         load_recording(run, other)
+
+
+def rewrite(run, without="", **arrays):
+    """Write the results of a run again without one of its arrays, or with others."""
+    with np.load(run / "results.npz") as data:
+        kept = {name: data[name] for name in data.files if name != without}
+    np.savez(run / "results.npz", **(kept | arrays))
+
+
+@pytest.mark.parametrize("lacking", ["covered", "contradicted", "rate"])
+def test_a_run_of_an_earlier_version_is_refused(run, lacking):
+    rewrite(run, lacking)
+    with pytest.raises(ModelFormatError, match=rf"the run .*run lacks {lacking}; track it again"):
+        load_recording(run, load_speaker())
+
+
+def test_a_run_of_a_worn_camera_is_refused(run):
+    with np.load(run / "results.npz") as data:
+        values = np.zeros((len(data["found"]), 1))
+    rewrite(run, term_names=np.array(["opening"]), term_values=values)
+    with pytest.raises(InputFileError, match="run was tracked with --worn; give recordings"):
+        load_recording(run, load_speaker())
+
+
+def test_a_camera_of_another_picture_is_refused_before_anything_is_tracked(tmp_path, capsys):
+    video, camera = write_noise(tmp_path / "talk.mp4"), tmp_path / "camera.json"
+    camera.write_text(camera_json(Camera.ideal((96, 90))), encoding="utf-8")
+    words = ["speaker", str(video), "-o", str(tmp_path / "me.face"), "--camera", str(camera)]
+    assert main([*words, "--renderer", "cpu"]) == 2
+    assert "the camera has 96x90 pixels, the video 96x80; give" in capsys.readouterr().err
+    one = replace(recording(), path=video, video=video)
+    with pytest.raises(ParameterError, match="the camera has 96x90 pixels"):
+        learn_speaker([one], CpuRenderer(), TrackOptions(camera=Camera.ideal((96, 90))))
+
+
+def test_a_run_by_another_camera_is_refused(run, tmp_path, capsys):
+    words = ["speaker", str(run), "-o", str(tmp_path / "me.face"), "--renderer", "cpu"]
+    assert main(words) == 2  # of a camera of 320x240 pixels
+    assert "run was tracked with another camera than is used here" in capsys.readouterr().err
+    given = Camera(CAMERA.matrix, CAMERA.size, np.array([0.1]))
+    assert camera_used([recording()], None, CAMERA.size).distortion.max() == 0
+    assert camera_used([], given, CAMERA.size) is given
+    with pytest.raises(ParameterError, match=r"one\.mp4 was tracked with another camera"):
+        camera_used([recording()], given, CAMERA.size)
+
+
+def test_frames_left_out_that_show_no_face_count_as_unexplained(monkeypatch):
+    """All that was learned had been lost with them."""
+
+    def followed(_, one, face, first):
+        if one.path.name == "away.mp4":
+            raise FaceNotFoundError("no face was found", "give another video")
+        return SimpleNamespace(arrays={"score": np.full(one.count - first, 0.9)})
+
+    monkeypatch.setattr(Learner, "followed", followed)
+    learner = Learner(*[None] * 4, lambda _: None)
+    there, away = recording("there.mp4"), recording("away.mp4")
+    assert learner.explained([there, away], None) == pytest.approx(0.45)
 
 
 def test_a_folder_that_is_no_run_is_refused(tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +16,13 @@ from runs import write_kind
 import abs_engine
 from abs_engine.core.errors import InputFileError, OutputError, ParameterError, PluginError
 from abs_engine.core.registry import DRIVERS
+from abs_engine.io.assets import shipped
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.drivers import Driver
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import loop
 from abs_engine.tracking.options import TrackOptions
+from abs_engine.tracking.shells import BUNDLED
 
 OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)
 pytestmark = pytest.mark.usefixtures("soon_ready")
@@ -168,6 +171,12 @@ def test_paths_may_be_text_wherever_a_video_is_tracked(video, tmp_path):
     told = abs_engine.track_video(str(video), str(tmp_path / "run"), CpuRenderer())
     assert (tmp_path / "run" / told["settings"]["video_path"]).resolve() == video.resolve()
     assert (tmp_path / "run" / "results.csv").is_file()
+
+
+def test_a_run_states_the_checksum_of_its_physics(video, tmp_path):
+    options = TrackOptions(physics=shipped(BUNDLED))
+    told = abs_engine.track_video(video, tmp_path / "run", CpuRenderer(), options)["settings"]
+    assert told["physics_sha256"] == sha256(shipped(BUNDLED).read_bytes()).hexdigest()
 
 
 def test_how_a_caller_has_numpy_treat_tiny_numbers_is_left_outside(video, run, recwarn):
