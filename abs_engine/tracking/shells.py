@@ -69,7 +69,7 @@ def prepare_shell(
             "leave out --start blobs and the preset",
         )
     tell("cutting the shell")
-    rest = head.body.mean if own.physics is None else _at_rest(speaker, physics, head)
+    rest = head_at_rest(speaker, head, None if own.physics is None else physics)
     lips = person_lips(speaker, physics, rest)
     free = None if base.setting.pose_held else BY_BLOB if by_blobs else POSE_DEVIATION
     scene = _with_marks(speaker, lips, rest)
@@ -91,8 +91,16 @@ def _path(options: TrackOptions) -> Path:
     return options.model_file or options.physics or shipped(BUNDLED)
 
 
-def _at_rest(speaker: Speaker, physics: LearnedPhysics, head: Face) -> NDArray[np.float32]:
-    """A head (V, 3), mm, at rest, that is in the physics' mean posture otherwise."""
+def head_at_rest(
+    speaker: Speaker, head: Face, physics: LearnedPhysics | None = None
+) -> NDArray[np.float32]:
+    """A head (V, 3), mm, at rest.
+
+    It is in the mean posture of the `physics`, if that is given, and says itself how it rests
+    otherwise.
+    """
+    if physics is None:
+        return head.body.mean if head.body.rest is None else head.body.rest
     none = np.zeros_like(head.body.mean)
     return head.body.mean - physics_shape(speaker, none, cut_lip_shell(speaker), physics).mean
 
