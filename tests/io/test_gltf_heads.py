@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from abs_engine.core.errors import InputFileError
+from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.io.morphs import read_morphs
 
 FLOAT, SHORT = 5126, 5123
@@ -98,6 +98,49 @@ def test_a_node_that_mirrors_turns_its_facets_round(tmp_path):
 def test_damaged_files_are_refused(tmp_path, extra, cut, says):
     with pytest.raises(InputFileError, match=says):
         read_morphs(write(tmp_path, extra, cut=cut))
+
+
+def compress(made):
+    del made["accessors"][0]["bufferView"]
+    made["extensionsUsed"] = ["KHR_draco_mesh_compression"]
+    made["meshes"][0]["primitives"][0]["extensions"] = {
+        "KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}
+    }
+
+
+def test_a_compressed_mesh_is_refused_where_the_file_does_not_require_it(tmp_path):
+    with pytest.raises(InputFileError, match="is compressed by KHR_draco_mesh_compression"):
+        read_morphs(told(tmp_path, compress))
+
+
+def test_a_mesh_beside_its_compressed_copy_is_read(tmp_path):
+    def change(made):
+        compress(made)
+        made["accessors"][0]["bufferView"] = 0
+
+    assert np.ptp(read_morphs(told(tmp_path, change)).vertices, axis=0).tolist() == [2, 2, 0]
+
+
+def twice(places):
+    """A change that gives a target of the same name a second time, with these places."""
+
+    def change(made):
+        primitive = made["meshes"][0]["primitives"][0]
+        primitive["targets"].append({"POSITION": places})
+        made["meshes"][0]["extras"]["targetNames"] *= 2
+
+    return change
+
+
+def test_a_target_that_a_mesh_has_twice_moves_it_once(tmp_path):
+    once = read_morphs(write(tmp_path)).targets["jawOpen"]
+    assert np.abs(once).max() == 1
+    assert np.array_equal(read_morphs(told(tmp_path, twice(3))).targets["jawOpen"], once)
+
+
+def test_targets_of_one_name_that_differ_are_refused(tmp_path):
+    with pytest.raises(ModelFormatError, match="of one mesh are called 'jawOpen', and differ"):
+        read_morphs(told(tmp_path, twice(0)))
 
 
 def test_a_missing_buffer_is_refused(tmp_path):

@@ -20,6 +20,7 @@ from abs_engine.core.errors import (
 from abs_engine.face.schema import FACE_UNITS, face_unit, region_of
 from abs_engine.io.assets import load_speaker
 from abs_engine.io.morphs import read_morphs
+from abs_engine.io.morphs.obj import tiled
 from abs_engine.learn.heads.build import build_head
 from abs_engine.learn.heads.frame import head_frame
 from abs_engine.learn.heads.marks import Marks
@@ -355,6 +356,13 @@ def test_a_texture_is_laid_by_the_corners_of_facets(tmp_path):
     assert (seen == [200, 0, 0]).all(), "the face lies on the picture"
     teeth = head.uv[np.unique(facets_of(head, "upper_teeth"))]
     assert (teeth[:, 0] > 64 / texture.shape[1]).all(), "what was added lies beside it"
+
+
+def test_a_corner_a_little_beyond_the_texture_makes_no_second_tile():
+    one = np.array([[[0, 0], [1.002, 0], [0.5, 1]]], np.float32)
+    assert np.allclose(tiled(one), [[[0, 0], [1, 0], [0.5, 1]]])
+    two = np.concatenate([one, one + np.float32([1, 0])])
+    assert np.allclose(tiled(two)[1], [[0.5, 0], [1, 0], [0.75, 1]])
 
 
 def test_an_obj_counts_backwards_from_the_polygon_and_may_be_spaced_freely(tmp_path):

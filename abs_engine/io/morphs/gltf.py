@@ -32,7 +32,8 @@ def read_gltf(path: Path) -> MorphMesh:
         If it is missing, damaged, compressed, needs an extension that is not known, or has no
         triangles or pictures of another kind.
     ModelFormatError
-        If a morph target has another number of vertices than its mesh.
+        If a morph target has another number of vertices than its mesh, or two of a mesh have one
+        name and differ.
     """
     try:
         return _Reader(GltfArrays(path, GltfFile.read(path))).mesh()
@@ -86,6 +87,7 @@ class _Reader:
 
     def _add(self, name: str, mesh: gl.Mesh, primitive: gl.Primitive, place: Placement) -> None:
         read = self.arrays.read
+        self.arrays.refuse_compressed(primitive)
         at, key = read(primitive.attributes.POSITION), primitive.attributes.POSITION
         if primitive.indices is None:
             corners = np.arange(len(at))
@@ -134,6 +136,7 @@ class _Reader:
     ) -> None:
         extras: Any = [holder.extras or {} for holder in (mesh, primitive)]
         named: Any = next((e["targetNames"] for e in extras if e.get("targetNames")), ())
+        known: dict[str, FloatArray] = {}
         for k, target in enumerate(primitive.targets or ()):
             own = target.get("POSITION") if isinstance(target, dict) else target.POSITION
             label = str(named[k]) if k < len(named) else f"target {k}"
@@ -143,4 +146,10 @@ class _Reader:
                     f"morph target '{label}' has {len(displaced)} vertices, its mesh has {len(at)}",
                     "export all of them from one mesh, without merging or splitting vertices",
                 )
-            self.moved.append((label, self.count, place.moves(displaced)))
+            if not np.array_equal(known.setdefault(label, displaced), displaced):
+                raise ModelFormatError(
+                    f"two morph targets of one mesh are called '{label}', and differ",
+                    "give each its own name, or leave one out",
+                )
+            if known[label] is displaced:
+                self.moved.append((label, self.count, place.moves(displaced)))

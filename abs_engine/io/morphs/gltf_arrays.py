@@ -12,7 +12,7 @@ import pygltflib as gl
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError
-from abs_engine.io.morphs.gltf_file import GltfFile
+from abs_engine.io.morphs.gltf_file import DRACO, GltfFile
 
 _KINDS = {
     gl.BYTE: np.int8, gl.UNSIGNED_BYTE: np.uint8, gl.SHORT: np.int16, gl.UNSIGNED_SHORT: np.uint16,
@@ -39,6 +39,13 @@ class GltfArrays:
                 f"{self.path} has more than {_MOST_NUMBERS / 1e6:.0f} million numbers",
                 "leave out meshes and morph targets that a talking face does not need",
             )
+
+    def refuse_compressed(self, primitive: gl.Primitive) -> None:
+        """Refuse a primitive whose places are in a Draco extension alone."""
+        accessor = self.file.document.accessors[primitive.attributes.POSITION]
+        bare = accessor.bufferView is None and accessor.sparse is None
+        if bare and DRACO in (primitive.extensions or {}):
+            raise InputFileError(f"{self.path} is compressed by {DRACO}", "export it without")
 
     def view(self, number: int) -> memoryview:
         """Bytes that a view of a buffer names."""

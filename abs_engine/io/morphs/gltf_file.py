@@ -17,7 +17,8 @@ from abs_engine.io.inputs import check_file, parse_json
 _GLB, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
 _HEAD, _CHUNK = 12, 8
 """Bytes before the chunks of a GLB, and before the content of each."""
-_UNREAD = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
+DRACO = "KHR_draco_mesh_compression"
+_UNREAD = (DRACO, "EXT_meshopt_compression")
 _READ = re.compile(r"KHR_(texture_transform|mesh_quantization|lights_punctual|materials_\w+)")
 """Extensions that are read, or change nothing that a head is made of."""
 _PICTURES = re.compile(r"(KHR|EXT|MSFT)_texture_\w+")

@@ -80,9 +80,13 @@ def _on_texture(path: Path, corners: NDArray[np.int32]) -> NDArray[np.float32]:
 
 
 def tiled(uv: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Places (F, 3, 2) with all tiles, which lie side by side, in one picture."""
-    tiles = max(1.0, float(np.ceil(uv[..., 0].max() - 1e-4)))
-    return np.asarray(uv / [tiles, 1.0], np.float32)
+    """Places (F, 3, 2) with all tiles, which lie side by side, in one picture.
+
+    A facet is on the tile of its middle: corners may lie a little beyond it.
+    """
+    tiles = max(1.0, float(np.ceil(uv[..., 0].mean(axis=1).max() - 1e-4)))
+    within = np.stack([np.minimum(uv[..., 0], tiles), uv[..., 1]], axis=-1)
+    return np.asarray(within / [tiles, 1.0], np.float32)
 
 
 def _lines(path: Path) -> list[tuple[str, str]]:
