@@ -9,10 +9,22 @@ import c3d
 import numpy as np
 
 
-def write_c3d(path: Path, names: tuple[str, ...], points: np.ndarray, unit: str = "mm") -> Path:
-    """Points (T, N, 3), NaN where missing; scale of the file: mm as floats."""
+def write_c3d(
+    path: Path,
+    names: tuple[str, ...],
+    points: np.ndarray,
+    unit: str = "mm",
+    further: tuple[tuple[str, ...], ...] = (),
+) -> Path:
+    """Points (T, N, 3), NaN where missing; scale of the file: mm as floats.
+
+    `further` labels go into LABELS2, LABELS3 and so on.
+    """
     writer = c3d.Writer(point_rate=60.0, analog_rate=0)
     writer.set_point_labels(list(names))
+    for k, labels in enumerate(further, 2):
+        packed, width = c3d.Writer.pack_labels(list(labels))
+        writer.point_group.add_str(f"LABELS{k}", "", packed, width, len(labels))
     for places in points:
         lacks = np.isnan(places[:, :1])
         rows = np.concatenate(

@@ -31,6 +31,7 @@ from abs_engine.core.errors import (
     TooFewPointsError,
 )
 from abs_engine.core.kinds import to_path
+from abs_engine.core.words import listed
 from abs_engine.io.npz import format_of, read_arrays
 
 _Say = Callable[[str], None] | None
@@ -142,7 +143,7 @@ def _read_points(path: Path, rate: float | None, unit: str | None, say: _Say) ->
     if path.suffix.lower() == ".npz":
         recording = _read_npz(path, unit, say)
     else:
-        markers = read_markers(path, _rate(path, rate), unit, say)
+        markers = read_markers(path, rate, unit, say, timed=False)
         recording = RecordedPoints(markers.names, markers.points, markers.first)
     for name in recording.names:
         if recording.names.count(name) > 1:
@@ -165,7 +166,8 @@ def _read_npz(path: Path, unit: str | None, say: _Say) -> RecordedPoints:
         if format_of(arrays) == CORPUS:
             raise ParameterError(f"{path} says itself what its points are", "give no table")
         seen = read_observations(path)
-        return RecordedPoints(seen.names, np.where(seen.found[..., None], seen.points, np.nan))
+        points = np.where(seen.found[..., None], seen.points, np.nan)
+        return RecordedPoints(seen.names, points, seen.first)
     if unit is not None and unit not in UNITS:
         raise ParameterError(f"there is no unit '{unit}'", f"choose one of {', '.join(UNITS)}")
     if (
@@ -191,11 +193,6 @@ def _read_npz(path: Path, unit: str | None, say: _Say) -> RecordedPoints:
 def _check_mm(path: Path, unit: str | None) -> None:
     if unit not in (None, "mm"):
         raise ParameterError(f"{path} is in mm", "leave the unit out")
-
-
-def _rate(path: Path, rate: float | None) -> float | None:
-    """A corpus has no rate, so that a CSV of frames need not state one."""
-    return 1.0 if rate is None and path.suffix.lower() != ".c3d" else rate
 
 
 def _assembled(path: Path, recording: RecordedPoints, table: CorpusTable) -> Corpus:
@@ -248,7 +245,7 @@ def _marks(names: tuple[str, ...], teeth: tuple[str, ...]) -> list[int]:
     if lacking:
         raise ParameterError(
             f"there is no point '{lacking[0]}' on the upper teeth",
-            f"the points are {', '.join(names)}",
+            f"the points are {listed(names)}",
         )
     return [names.index(name) for name in teeth]
 

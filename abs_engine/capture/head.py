@@ -105,7 +105,8 @@ def head_motion(points: FloatArray, names: Sequence[str], choice: HeadChoice) ->
     TooFewPointsError, DegenerateViewsError
         If the points do not tell the head's rotation.
     ParameterError
-        If the points lie far from the head whose pose is given.
+        If the points lie far from the head whose pose is given, or the rigid ones do not lie as the
+        reference has them.
     """
     choice.check(names)
     if choice.motion is not None:
@@ -117,7 +118,10 @@ def head_motion(points: FloatArray, names: Sequence[str], choice: HeadChoice) ->
         return follow_point(points[:, at], axes)
     rigid = points[:, check_names(names, choice.rigid)]
     if choice.reference is not None:
-        return rigid_motion(rigid, reference_of(choice.reference, choice.rigid))
+        given = reference_of(choice.reference, choice.rigid)
+        motion = rigid_motion(rigid, given)
+        _check_reference(motion.to_head(rigid), given)
+        return motion
     motion = rigid_motion(rigid)
     start = rigid[int(np.isfinite(rigid).all(axis=(1, 2)).argmax())]
     placed = motion.to_head(points)
@@ -144,6 +148,18 @@ def _check_near(placed: FloatArray) -> None:
             f"by the head's poses, the points lie {np.median(away):.0f} mm from its origin",
             "give poses in radians and mm, which take points of the head to the first camera's "
             "frame",
+        )
+
+
+def _check_reference(placed: FloatArray, given: FloatArray) -> None:
+    """Refuse rigid points (T, K, 3), mm, head frame, whose shape is not that of a reference."""
+    off = np.nanmean(placed, axis=0) - given
+    error = float(np.sqrt((off**2).sum(axis=1).mean()))
+    if error > CAPTURE.off_reference:
+        raise ParameterError(
+            f"the rigid points lie {error:.0f} mm RMS off the reference",
+            "give their places in mm, x to the subject's left, and check that no names or sides "
+            "are exchanged",
         )
 
 

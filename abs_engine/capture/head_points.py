@@ -103,5 +103,5 @@ def points_of_markers(markers: Markers, head: HeadChoice, source: str = "") -> O
     return Observations(
         points, names, found, np.zeros_like(found), markers.residual[:, order],
         found.astype(float), markers.rate, motion.rotations, motion.translations, motion.error,
-        source=source,
+        source=source, first=markers.first,
     )  # fmt: skip

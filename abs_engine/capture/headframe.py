@@ -17,6 +17,7 @@ from abs_engine.core.errors import (
     TooFewPointsError,
 )
 from abs_engine.core.geometry import Pose
+from abs_engine.core.words import listed
 
 _ROUNDS = 10
 _SETTLED = 1e-6  # mm
@@ -235,7 +236,5 @@ def check_names(names: Sequence[str], wanted: Sequence[str]) -> IntArray:
     """
     lacking = [name for name in wanted if name not in names]
     if lacking:
-        raise ParameterError(
-            f"there is no point '{lacking[0]}'", f"the points are {', '.join(names)}"
-        )
+        raise ParameterError(f"there is no point '{lacking[0]}'", f"the points are {listed(names)}")
     return np.array([list(names).index(name) for name in wanted], np.int64)

@@ -16,12 +16,18 @@ from abs_engine.capture.recorded import UNITS, refuse_infinite, without_zeros
 from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.core.words import listed
 from abs_engine.io.csv_table import Table, read_table
 from abs_engine.io.inputs import MOST, check_file
 
 _BROKEN = (ValueError, KeyError, IndexError, AttributeError, TypeError, AssertionError,
            EOFError, ArithmeticError, NameError, MemoryError, struct.error, OSError)  # fmt: skip
 """What the C3D library raises on files that are none, or are cut."""
+
+_RATE_OFF = 0.02
+"""Share by which a rate may differ from that of a CSV's times, which may be rounded. Chosen."""
+_SLOWEST = 1.0
+"""Seconds between frames at most. Chosen: milliseconds make 3 and more of usual rates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +64,7 @@ class Markers:
         lacking = [name for name in names if name not in self.names]
         if lacking:
             raise ParameterError(
-                f"there is no marker '{lacking[0]}'", f"the markers are {', '.join(self.names)}"
+                f"there is no marker '{lacking[0]}'", f"the markers are {listed(self.names)}"
             )
         new = tuple(names.get(name, name) for name in self.names)
         _check_unique(new)
@@ -70,6 +76,8 @@ def read_markers(
     rate: float | None = None,
     unit: str | None = None,
     say: Callable[[str], None] | None = None,
+    *,
+    timed: bool = True,
 ) -> Markers:
     """Read a marker file, C3D by its suffix, else CSV.
 
@@ -85,12 +93,14 @@ def read_markers(
         Where the file does not say; mm by default.
     say : callable, optional
         Called with a line that counts the zeros.
+    timed : bool
+        Whether the rate matters. If not, a CSV need not state it, and its times are not looked at.
 
     Raises
     ------
     InputFileError
-        If the file is missing, cut or of another kind, holds no marker or what is infinite, or its
-        rate is not known.
+        If the file is missing, cut or of another kind, holds no marker or what is infinite, has
+        fewer labels than points, or its rate is not known or less than a frame a second.
     ParameterError
         If the unit is unknown, the rate is not above 0, or the file states another unit or rate.
     """
@@ -100,11 +110,14 @@ def read_markers(
     if rate is not None and not 0 < rate <= MOST:
         raise ParameterError(f"{rate:g} is not a rate above 0", "give frames per second")
     check_file(path)
-    read = _read_c3d if path.suffix.lower() == ".c3d" else _read_csv
-    markers = read(path, rate, unit)
+    if path.suffix.lower() == ".c3d":
+        markers = _read_c3d(path, rate, unit)
+    else:
+        markers = _read_csv(path, rate, unit, timed)
     if not markers.names or not len(markers.points):
         raise InputFileError(f"{path} holds no markers", "check the file")
-    refuse_infinite(path, markers.names, np.dstack([markers.points, markers.residual]))
+    whole = np.dstack([markers.points, markers.residual])
+    refuse_infinite(path, markers.names, whole, markers.first)
     points = without_zeros(markers.points, say)
     residual = np.where(np.isnan(points[..., 0]), np.nan, markers.residual)
     return replace(markers, points=points, residual=residual)
@@ -130,7 +143,12 @@ def _read_c3d(path: Path, rate: float | None, unit: str | None) -> Markers:
     used = told_unit or unit or "mm"
     if used not in UNITS:
         raise InputFileError(f"{path} is in '{used}'", f"export it in {', '.join(UNITS)}")
-    values = np.stack(frames)[:, : len(names)] if frames else np.zeros((0, 0, 5))
+    values = np.stack(frames) if frames else np.zeros((0, 0, 5))
+    if len(names) < values.shape[1]:
+        raise InputFileError(
+            f"{path} has {values.shape[1]} points and {len(names)} labels",
+            "export it with a label for each point",
+        )
     points, residual = values[..., :3] * UNITS[used], values[..., 3] * UNITS[used]
     missing = values[..., 3] < 0
     points[missing], residual[missing] = np.nan, np.nan
@@ -140,7 +158,7 @@ def _read_c3d(path: Path, rate: float | None, unit: str | None) -> Markers:
 def _c3d_parts(file: BinaryIO) -> tuple[tuple[str, ...], list[FloatArray], float, str, int]:
     """Names, frames (N, 5), rate, unit (empty where it is not stated), number of frames."""
     reader = c3d.Reader(file)
-    names = tuple(str(label).strip() for label in reader.point_labels)
+    names = _labels(reader)
     _check_unique(names)
     stated = reader.get("POINT.UNITS")
     unit = "" if stated is None else stated.string_value.strip().strip("\0").lower()
@@ -148,7 +166,16 @@ def _c3d_parts(file: BinaryIO) -> tuple[tuple[str, ...], list[FloatArray], float
     return names, frames, float(reader.point_rate), unit, int(reader.frame_count)
 
 
-def _read_csv(path: Path, rate: float | None, unit: str | None) -> Markers:
+def _labels(reader: c3d.Reader) -> tuple[str, ...]:
+    """Labels of all points: those above 255 go on in LABELS2, LABELS3 and so on."""
+    labels, more = list(reader.point_labels), 2
+    while (further := reader.get(f"POINT.LABELS{more}")) is not None:
+        labels += list(further.string_array)
+        more += 1
+    return tuple(str(label).strip() for label in labels)
+
+
+def _read_csv(path: Path, rate: float | None, unit: str | None, timed: bool) -> Markers:
     header, table = read_cells(path)
     scale = UNITS[unit or "mm"]
     frame = table[:, header.index("frame")] if "frame" in header else None
@@ -169,7 +196,12 @@ def _read_csv(path: Path, rate: float | None, unit: str | None) -> Markers:
         _check_order(path, frame)
     if not first.is_integer():
         raise InputFileError(f"{path}: '{first:g}' is not a frame number", "use whole numbers")
-    rate = _rate(path, rate or _rate_of(path, time))
+    told = _rate_of(path, time) if timed else rate or 1.0
+    if rate and told and abs(rate - told) > _RATE_OFF * told:
+        raise ParameterError(
+            f"{path} states the rate {told:.6g} by its column time", "leave the option out"
+        )
+    rate = _rate(path, rate or told)
     return Markers(names, points, np.zeros(points.shape[:2]), rate, int(first))
 
 
@@ -187,13 +219,19 @@ def _check_order(path: Path, frames: FloatArray) -> None:
 
 
 def _rate_of(path: Path, time: FloatArray | None) -> float:
-    if time is None or len(time) < 2:
+    """Frames per second by times (T,); 0 where there are none."""
+    if time is None or len(time) < 2 or np.isnan(time).all():
         return 0.0
     steps = np.diff(time)
     usual = float(np.median(steps))
     if not np.isfinite(time).all() or not usual > 0 or steps.min() < usual / CAPTURE.uneven \
             or steps.max() > CAPTURE.uneven * usual:  # fmt: skip
         raise InputFileError(f"{path} is not evenly spaced in time", "give a line for every frame")
+    if usual > _SLOWEST:
+        raise InputFileError(
+            f"frames of {path} are {usual:g} s apart by its column time",
+            "give seconds there, not milliseconds",
+        )
     return float((len(time) - 1) / (time[-1] - time[0]))
 
 
@@ -234,13 +272,13 @@ def read_cells(path: Path) -> tuple[list[str], FloatArray]:
 
 def _widened(table: Table) -> tuple[list[str], FloatArray]:
     """A line for each frame, of lines for each marker."""
-    key = next((k for k in ("frame", "time") if k in table.columns), None)
-    if key is None:
+    keys = [k for k in ("frame", "time") if k in table.columns]
+    if not keys:
         raise InputFileError(f"{table.path} has no column frame or time", "give one of them")
     table.require("xyz", "give frame or time, point, x, y and z")
-    when, names = table.numbers([key])[:, 0], table.text("point")
+    when, names, key = table.numbers(keys), table.text("point"), keys[0]
     markers = {name: k for k, name in enumerate(dict.fromkeys(names))}
-    frames, rows = np.unique(when, return_inverse=True)
+    frames, first, rows = np.unique(when[:, 0], return_index=True, return_inverse=True)
     points = np.full((len(frames), len(markers), 3), np.nan)
     known = set()
     for line, row, name, place in zip(
@@ -251,5 +289,5 @@ def _widened(table: Table) -> tuple[list[str], FloatArray]:
             raise InputFileError(f"{table.path}, line {line}: {problem}", "check the file")
         known.add((row, name))
         points[row, markers[name]] = place
-    header = [key, *(f"{name}_{axis}" for name in markers for axis in "xyz")]
-    return header, np.column_stack([frames, points.reshape(len(frames), -1)])
+    header = [*keys, *(f"{name}_{axis}" for name in markers for axis in "xyz")]
+    return header, np.column_stack([when[first], points.reshape(len(frames), -1)])

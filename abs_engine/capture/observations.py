@@ -10,7 +10,7 @@ import numpy as np
 
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import ModelFormatError, ParameterError, TooFewPointsError
-from abs_engine.io.arrays import Layout, plain, real, text, truth
+from abs_engine.io.arrays import Layout, plain, real, text, truth, whole
 from abs_engine.io.npz import read_npz, write_npz
 
 FORMAT, VERSION = "abs_engine.observations", 1
@@ -24,6 +24,7 @@ _LAYOUT: Layout = {
     "rigid_error": real("T", gaps=True),
     "pixels": real("views*", "frames*", "points*", 2, gaps=True),
     "source": text(),
+    "first": whole(optional=True),
 }
 
 
@@ -57,6 +58,8 @@ class Observations:
         Where each view saw the points; V is 0 for marker files.
     source : str
         What the points were made of.
+    first : int
+        Number of the first frame, as a marker file counts them.
 
     Raises
     ------
@@ -76,6 +79,7 @@ class Observations:
     rigid_error: FloatArray
     pixels: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 0, 2)))
     source: str = ""
+    first: int = 0
 
     def __post_init__(self) -> None:
         frames, count = self.found.shape

@@ -41,12 +41,15 @@ class RecordedPoints:
         return f"frames {self.first} to {self.first + len(self.points) - 1}"
 
 
-def refuse_infinite(path: Path, names: Sequence[str], points: FloatArray) -> None:
-    """Raise `InputFileError` if a point (T, N, 3) is infinite, which is not to pass for a gap."""
+def refuse_infinite(path: Path, names: Sequence[str], points: FloatArray, first: int = 0) -> None:
+    """Raise `InputFileError` if a point (T, N, 3) is infinite, which is not to pass for a gap.
+
+    `first` is the number of the first frame.
+    """
     frames, which = np.nonzero((np.abs(points) > MOST).any(axis=2))
     if len(frames):
         raise InputFileError(
-            f"{path}: '{names[which[0]]}' is out of all bounds in frame {frames[0]}",
+            f"{path}: '{names[which[0]]}' is out of all bounds in frame {first + frames[0]}",
             "leave its place empty where a point is missing",
         )
 

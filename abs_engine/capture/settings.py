@@ -88,6 +88,9 @@ class CaptureSettings:
         That a face's points extend over at least. Chosen: lips alone over 40, a face in cm 23.
     flat : float, mm RMS
         That rigid points lie off a straight line at least. Not measured.
+    off_reference : float, mm RMS
+        That rigid points may lie off a reference. Chosen: rules and callipers err by 1 to 3; where
+        cm are taken for mm, or sides are exchanged, 10 and more are usual.
     farthest : float, mm
         That half of the points may lie from the head's origin. Chosen: a face's lie within 150.
     wild : float, mm
@@ -143,6 +146,7 @@ class CaptureSettings:
     uneven: float = 1.5
     smallest: float = 35.0
     flat: float = 2.0
+    off_reference: float = 4.0
     farthest: float = 300.0
     wild: float = 150.0
     wide: float = 200.0

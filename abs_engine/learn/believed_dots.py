@@ -82,7 +82,7 @@ class _Law:
         return there + self.mean.reshape(-1, 3)
 
 
-def believe(dots: FloatArray, count: int) -> Believed:
+def believe(dots: FloatArray, count: int, first: int = 0) -> Believed:
     """Belief in the dots of some frames, of which the first are to be learned from.
 
     Parameters
@@ -92,6 +92,8 @@ def believe(dots: FloatArray, count: int) -> Believed:
     count : int
         Of the frames with dots enough the first so many are judged, and filled, by themselves. The
         others are judged by all: by the first alone, a new movement would pass for a jump.
+    first : int
+        Number of the first frame, for messages.
 
     Raises
     ------
@@ -125,7 +127,7 @@ def believe(dots: FloatArray, count: int) -> Believed:
             break
         enough = np.setdiff1d(enough, poor)
     jumped = np.asarray(there & ~known)
-    _check_names(dots, guess, jumped)
+    _check_names(dots, guess, jumped, first)
     return Believed(np.where(known[..., None], dots, guess), known, jumped)
 
 
@@ -180,11 +182,11 @@ def _check_found(there: BoolArray) -> None:
         )
 
 
-def _check_names(dots: FloatArray, guess: FloatArray, jumped: BoolArray) -> None:
+def _check_names(dots: FloatArray, guess: FloatArray, jumped: BoolArray, first: int) -> None:
     """Refuse dots that lie where each other should be."""
     swapped = exchanged(dots, guess, jumped)
     if swapped:
-        a, b, said = most_often(swapped, range(len(dots)))
+        a, b, said = most_often(swapped, range(first, first + len(dots)))
         raise ParameterError(
             f"the dots {LIPS16[a]} and {LIPS16[b]} have each other's places in {said}",
             "exchange them there: correct them and observe again, or edit the marker file",

@@ -101,7 +101,7 @@ def train(
     _check_asked(n_modes, n_train)
     enough = np.isfinite(dots).all(axis=2).sum(axis=1) >= LEARNING.fewest_dots
     _check_usable(int(enough.sum()), observations.frames, n_train)
-    believed = believe(dots, n_train)
+    believed = believe(dots, n_train, observations.first)
     frames = np.flatnonzero(believed.usable)
     _check_usable(len(frames), observations.frames, n_train)
     used, later = frames[:n_train], frames[n_train:]

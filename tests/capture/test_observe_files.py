@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from marker_files import write_c3d, write_long, write_wide
 
+from abs_engine.capture.corpus_file import read_recording
 from abs_engine.capture.dot_annotations import LIPS17, Mark, initial_places, read_marks, write_marks
 from abs_engine.capture.head import read_head_poses, read_reference
-from abs_engine.capture.markers import read_markers
+from abs_engine.capture.headframe import check_names
+from abs_engine.capture.markers import Markers, read_markers
 from abs_engine.capture.observations import Observations, read_observations, write_observations
 from abs_engine.cli import main
 from abs_engine.core.errors import (
@@ -106,6 +108,66 @@ def test_any_set_of_markers_will_do_if_none_is_of_the_lips(tmp_path: Path):
     assert seen.points[seen.found] == pytest.approx(expected()[seen.found], abs=1e-4)
     with pytest.raises(TooFewPointsError, match="16 of 16 points were not observed"):
         train(seen, load_speaker())
+
+
+def test_labels_of_a_c3d_file_go_on_in_further_lists(tmp_path: Path):
+    further = NAMES[8:13], NAMES[13:]
+    path = write_c3d(tmp_path / "m.c3d", NAMES[:8], talking(), further=further)
+    markers = read_markers(path)
+    assert markers.names == NAMES
+    assert markers.points == pytest.approx(talking(), abs=1e-3)
+
+
+def test_a_c3d_file_with_fewer_labels_than_points_is_refused(tmp_path: Path):
+    path = write_c3d(tmp_path / "m.c3d", NAMES[:8], talking())
+    with pytest.raises(InputFileError, match="has 20 points and 8 labels"):
+        read_markers(path)
+
+
+def test_of_many_markers_a_message_lists_some():
+    names = tuple(f"marker{k}" for k in range(255))
+    markers = Markers(names, np.zeros((1, 255, 3)), np.zeros((1, 255)), 60.0)
+    for ask in (lambda: markers.renamed({"nose": "x"}), lambda: check_names(names, ["nose"])):
+        with pytest.raises(ParameterError, match=r"marker59 and 195 more$"):
+            ask()
+
+
+def test_messages_of_observations_have_the_frame_numbers_of_the_file(tmp_path, capsys):
+    path, out = write_long(tmp_path / "m.csv", NAMES, talking(), first=100), tmp_path / "o.npz"
+    words = ["--rigid", "a,b,c", "--rate", "60", "-o", str(out)]
+    assert main(["observe", str(path), *words]) == 0
+    assert read_observations(out).first == 100
+    assert read_recording(out).numbers == "frames 100 to 104"
+    with np.load(out) as archive:
+        np.savez(tmp_path / "old.npz", **{n: v for n, v in archive.items() if n != "first"})
+    assert read_observations(tmp_path / "old.npz").first == 0
+    path.write_text(path.read_text().replace("102,nose,6.0", "102,nose,1e11"))
+    with pytest.raises(InputFileError, match=r"'nose' is .* in frame 102"):
+        read_markers(path, 60.0, "m")
+
+
+def test_a_rate_that_contradicts_the_column_time_is_refused(tmp_path: Path):
+    path = write_wide(tmp_path / "m.csv", NAMES, talking())
+    assert read_markers(path, 60.5).rate == 60.5
+    with pytest.raises(ParameterError, match="states the rate 60 by its column time; leave the op"):
+        read_markers(path, 30.0)
+    assert read_markers(path, 30.0, timed=False).rate == 30
+
+
+def test_times_in_milliseconds_are_named(tmp_path: Path):
+    path = tmp_path / "m.csv"
+    path.write_text("time,a_x,a_y,a_z\n0,1,2,3\n33.3,1,2,3\n66.7,1,2,3")
+    with pytest.raises(InputFileError, match=r"33.* s apart .*; give seconds there, not millisec"):
+        read_markers(path)
+
+
+def test_a_line_for_each_point_may_have_frame_and_time(tmp_path: Path):
+    path = tmp_path / "m.csv"
+    rows = [f"{k},{(k - 100) / 50},{name},1,2,{k}" for k in (100, 101, 102) for name in "ab"]
+    path.write_text("\n".join(["frame,time,point,x,y,z", *rows]))
+    markers = read_markers(path)
+    assert (markers.rate, markers.first, markers.names) == (pytest.approx(50), 100, ("a", "b"))
+    assert markers.points[:, 1].tolist() == [[1, 2, 100], [1, 2, 101], [1, 2, 102]]
 
 
 def test_zeros_are_counted_and_points_that_are_not_rigid_named(tmp_path: Path, capsys):

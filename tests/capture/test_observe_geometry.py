@@ -136,6 +136,19 @@ def test_a_wrong_reference_turns_all_frames_alike():
     assert np.linalg.norm(laid[0] - [20, -70, 30]) > 0.5
 
 
+@pytest.mark.parametrize("wrong", [RIGID / 10, RIGID * [-1, 1, 1], RIGID[[1, 0, 2, 3]]])
+def test_a_reference_of_another_unit_or_with_sides_exchanged_is_refused(wrong):
+    names = "abcd"
+    seen, _ = moving(RIGID)
+    seen[2, 1] = np.nan
+    measured = RIGID + np.random.default_rng(3).normal(0, 2, RIGID.shape)
+    right = HeadChoice(names, dict(zip(names, measured, strict=True)))
+    assert head_motion(seen, names, right).found.all()
+    choice = HeadChoice(names, dict(zip(names, wrong, strict=True)))
+    with pytest.raises(ParameterError, match=r"the rigid points lie [0-9]+ mm RMS off the ref"):
+        head_motion(seen, names, choice)
+
+
 def test_frames_with_too_few_rigid_points_have_no_head():
     seen, _ = moving(RIGID)
     seen[2, :2] = np.nan

@@ -190,12 +190,14 @@ def test_dots_that_jump_are_left_out_and_their_frames_named():
 
 
 def test_dots_that_have_each_others_names_are_refused():
-    """Far apart, and beside each other on one lip."""
+    """Far apart, and beside each other on one lip; the file's frames count from 100."""
     for a, b in ((2, 5), (8, 9)):
         points = SEEN.points.copy()
         points[40:43, [a, b]] = points[40:43, [b, a]]
-        with pytest.raises(ParameterError, match="have each other's places in frames 40, 41, 42"):
-            train(replace(SEEN, points=points), SPEAKER, "clara", shell=SHELL)
+        with pytest.raises(
+            ParameterError, match="have each other's places in frames 140, 141, 142"
+        ):
+            train(replace(SEEN, points=points, first=100), SPEAKER, "clara", shell=SHELL)
 
 
 def test_incomplete_frames_teach_nearly_as_much_as_whole_ones():
@@ -420,13 +422,14 @@ class TestCommand:
         points, uncertain = SEEN.points.copy(), SEEN.uncertain.copy()
         points[20, 3, 0] += 60.0
         uncertain[5, 2] = True
-        write_observations(tmp_path / "dots.npz", replace(SEEN, points=points, uncertain=uncertain))
+        seen = replace(SEEN, points=points, uncertain=uncertain, first=100)
+        write_observations(tmp_path / "dots.npz", seen)
         out = tmp_path / "lips.npz"
         assert main(["train", str(tmp_path / "dots.npz"), "-o", str(out)]) == 0
         said = capsys.readouterr().out
-        assert "in 1 frames dots jump, which were left out: 20" in said
-        assert "1 of these frames are learned from without some dots: 20" in said
-        assert "1 of these frames have uncertain dots; a person should look at them: 5" in said
+        assert "in 1 frames dots jump, which were left out: 120" in said
+        assert "1 of these frames are learned from without some dots: 120" in said
+        assert "1 of these frames have uncertain dots; a person should look at them: 105" in said
 
     @pytest.mark.parametrize("unbuffered", ["", "1"])
     def test_who_stops_reading_gets_no_traceback_and_the_model(

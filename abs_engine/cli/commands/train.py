@@ -70,7 +70,8 @@ def train(chosen: Chosen) -> Done:
     speaker = load_speaker(chosen.speaker)
     groups = load_lip_runs(chosen.add, speaker, cut_lip_shell(speaker)) if chosen.add else []
     done = learn(observations, speaker, chosen.person, n_modes=chosen.modes, n_train=chosen.train)
-    lines, physics, evidence = report_lines(done), done.physics, list[float]()
+    lines, physics = report_lines(done, observations.first), done.physics
+    evidence = list[float]()
     if groups:
         further = _further(chosen, done, groups, speaker)
         physics, evidence = further.physics, list(further.evidence)
@@ -113,31 +114,35 @@ def further_lines(further: Further) -> list[str]:
     return lines
 
 
-def report_lines(done: Training) -> list[str]:
-    """Summary of the training data and of the modes, and table 1 if there are test frames."""
+def report_lines(done: Training, first: int = 0) -> list[str]:
+    """Summary of the training data and of the modes, and table 1 if there are test frames.
+
+    `first` is the number of the first frame.
+    """
     from abs_engine.learn.reconstruction import table_1
 
     physics = done.physics
     lacking = len(done.untested)
+    few = _named(first + done.left_out, ", as too few dots were found")
     lines = [
         f"correspondence: {done.correspondence.how}",
         f"{len(done.used)} frames learned from, {len(done.tested)} left for testing, "
         + (f"{lacking} more not tested, as a dot is missing, " if lacking else "")
-        + f"{len(done.left_out)} left out{_named(done.left_out, ', as too few dots were found')}",
+        + f"{len(done.left_out)} left out{few}",
         f"noise: {physics.noise:.3f} mm for each coordinate of a dot, beyond the modes",
         "variance held by the first modes: "
         + "  ".join(f"{k}: {share:.2%}" for k, share in enumerate(physics.shares, 1)),
     ]
     if len(done.incomplete):
-        told = _named(done.incomplete, "")
+        told = _named(first + done.incomplete, "")
         lines.insert(
             2, f"{len(done.incomplete)} of these frames are learned from without some dots{told}"
         )
     if len(done.jumped):
-        told = _named(done.jumped, ", which were left out")
+        told = _named(first + done.jumped, ", which were left out")
         lines.insert(2, f"in {len(done.jumped)} frames dots jump{told}")
     if len(done.uncertain):
-        told = _named(done.uncertain, "; a person should look at them")
+        told = _named(first + done.uncertain, "; a person should look at them")
         lines.insert(2, f"{len(done.uncertain)} of these frames have uncertain dots{told}")
     if len(done.tested) == 0:
         return lines
