@@ -158,7 +158,7 @@ def _read_c3d(path: Path, rate: float | None, unit: str | None) -> Markers:
 def _c3d_parts(file: BinaryIO) -> tuple[tuple[str, ...], list[FloatArray], float, str, int]:
     """Names, frames (N, 5), rate, unit (empty where it is not stated), number of frames."""
     reader = c3d.Reader(file)
-    names = _labels(reader)
+    names = _labels(reader)[: reader.point_used]
     _check_unique(names)
     stated = reader.get("POINT.UNITS")
     unit = "" if stated is None else stated.string_value.strip().strip("\0").lower()

@@ -124,6 +124,11 @@ def test_a_c3d_file_with_fewer_labels_than_points_is_refused(tmp_path: Path):
         read_markers(path)
 
 
+def test_labels_of_a_c3d_file_beyond_its_points_are_left_out(tmp_path: Path):
+    path = write_c3d(tmp_path / "m.c3d", (*NAMES, "spare"), talking())
+    assert read_markers(path).names == NAMES
+
+
 def test_of_many_markers_a_message_lists_some():
     names = tuple(f"marker{k}" for k in range(255))
     markers = Markers(names, np.zeros((1, 255, 3)), np.zeros((1, 255)), 60.0)
