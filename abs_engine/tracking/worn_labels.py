@@ -15,6 +15,8 @@ from abs_engine.learn.opening import POINTS, LabelledMouth, spot_of
 
 COLUMNS = tuple(f"{name}_{axis}" for name in POINTS for axis in "xy")
 _CROSSED = 0.05, 2.0  # of a mouth's width, and px: labels of closed lips may cross by as much
+_NARROWEST = 0.05
+"""Share of the picture's width, of a mouth in a close-up at least. Chosen: real ones have 0.4."""
 _REMEDY = "see 'abs-engine mouths --help'"
 
 
@@ -28,7 +30,8 @@ def read_mouths(path: Path) -> list[LabelledMouth]:
     ------
     InputFileError, VideoError
         If the table or a video cannot be read, a cell is empty, a frame is labelled twice or is no
-        whole number, points are not where their names say, or a video ends before a frame.
+        whole number, points are not where their names say or no pixels of the picture, or a video
+        ends before a frame.
     """
     table = read_table(path)
     table.require(("video", "frame", *COLUMNS), _REMEDY)
@@ -48,7 +51,7 @@ def read_mouths(path: Path) -> list[LabelledMouth]:
         for index, image in enumerate(read_frames(path.parent / video)):
             if index in points:
                 found.append(LabelledMouth(image, points.pop(index), spot))
-                _check_inside(f"{path}, frame {index} of {video}", found[-1])
+                _check_pixels(f"{path}, frame {index} of {video}", found[-1])
             if index == last:
                 break
         if points:
@@ -93,9 +96,18 @@ def _problem(points: FloatArray) -> tuple[str, str] | None:
     return None
 
 
-def _check_inside(where: str, mouth: LabelledMouth) -> None:
-    """Raise `InputFileError` for a point that lies half a mouth or more outside of its picture."""
+def _check_pixels(where: str, mouth: LabelledMouth) -> None:
+    """Raise `InputFileError` for a mouth that is none of its picture.
+
+    It is far too narrow, or a point lies half a mouth or more outside.
+    """
     size = np.array(mouth.image.shape[1::-1])
+    width = float(np.linalg.norm(mouth.points[1] - mouth.points[0]))
+    if width < _NARROWEST * size[0]:
+        raise InputFileError(
+            f"{where}: the mouth is {width:.1f} px wide in a picture of {size[0]}",
+            "give pixels, not shares of the picture",
+        )
     beyond = np.maximum(-mouth.points, mouth.points - (size - 1)).max()
     if beyond > mouth.spot.width / 2:
         raise InputFileError(f"{where}: a point lies outside of the picture", "give pixels of it")

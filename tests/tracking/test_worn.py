@@ -235,6 +235,10 @@ def upside_down(flat):
         ),
         (lambda row: [*row[:2], *upside_down(row[2:])], "the upper lip lies below the lower"),
         (lambda row: [*row[:-1], 5000], "a point lies outside of the picture"),
+        (
+            lambda row: [*row[:2], *(np.reshape(row[2:], (-1, 2)) / CAMERA.size).ravel()],
+            "the mouth is 0.5 px wide in a picture of 160; give pixels",
+        ),
     ],
 )
 def test_labels_that_do_not_fit_are_refused(folder, tmp_path, capsys, change, said):
