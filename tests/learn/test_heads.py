@@ -292,6 +292,30 @@ def test_a_person_of_another_mesh_is_refused(folder):
             folder=folder)  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda v: v / 10, r"corners are 7\..* mm apart; scale it to the head's unit"),
+        (
+            lambda v: np.add(v, [0, 1600, 0]),
+            r"up to 16.. mm from the head's; export it as the head was",
+        ),
+        (lambda v: v[:, [0, 2, 1]] * [1, -1, 1], r"up to 1.. mm from the head's; export it as"),
+        (lambda v: np.random.default_rng(0).permutation(v), "the same vertices in their order"),
+    ],
+)
+def test_people_whose_faces_are_not_where_the_head_has_its_own_are_refused(tmp_path, change, says):
+    write_obj(tmp_path / "head.obj", HEAD.vertices, OUTER)
+    write_obj(tmp_path / "mei.obj", change(HEAD.named("mei")), OUTER)
+    shapes = tmp_path / "shapes"
+    shapes.mkdir()
+    opened = HEAD.vertices + HEAD.unit_matrix(("jawOpen",))[0]
+    write_obj(shapes / "jawOpen.obj", opened, OUTER)
+    told = table(HEAD) + '[people]\nmei = "mei.obj"\n'
+    refused(ParameterError, r"mei.obj is no face like the head's: .*" + says, told=told,
+            mesh=read_morphs(tmp_path / "head.obj", shapes), folder=tmp_path)  # fmt: skip
+
+
 def test_files_that_are_no_heads(tmp_path):
     for name in ("head.glb", "head.obj", "head.stl"):
         (tmp_path / name).write_bytes(b"nothing of use")

@@ -19,7 +19,7 @@ from abs_engine.io.morphs import MorphMesh
 from abs_engine.io.morphs.mesh import displacement
 from abs_engine.io.morphs.obj import read_places
 from abs_engine.io.pictures import read_image
-from abs_engine.learn.heads.checks import check_marks, check_rings, check_units
+from abs_engine.learn.heads.checks import check_marks, check_person, check_rings, check_units
 from abs_engine.learn.heads.frame import HeadFrame, head_frame
 from abs_engine.learn.heads.interior import TEETH, has, is_hollow, mouth_interior
 from abs_engine.learn.heads.marks import Contours, Marks, find_marks, lip_contours
@@ -75,7 +75,8 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
         If a person's file cannot be read, or is another mesh.
     ParameterError
         If the table lacks a landmark or names what is not there, lists lips in the wrong order, no
-        target opens the mouth, one moves eyes or nose far, or the head is of no human size.
+        target opens the mouth, one moves eyes or nose far, or the head or a person is of no human
+        size, or a person's face lies elsewhere.
     MeshError
         If the mesh cannot be drawn.
     """
@@ -111,7 +112,7 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
     whole = _Parts(vertices, mesh.faces, weld, classes, units)
     whole, added = _completed(whole, contours, float(np.linalg.norm(jaw[marks.chin[0]])))
     missing = tuple(n for n, d in zip(FACE_UNITS, units, strict=True) if not d.any())
-    identity = _identity(mesh, table.people, frame, origin)
+    identity = _identity(mesh, table.people, frame, origin, marks)
     uv, painted = paint(whole.vertices, whole.faces, whole.classes, marks)
     looks = {NEUTRAL: painted}
     if textures:
@@ -167,7 +168,7 @@ def _completed(parts: _Parts, contours: Contours, jaw: float) -> tuple[_Parts, t
 
 
 def _identity(
-    mesh: MorphMesh, people: Mapping[str, Path], frame: HeadFrame, origin: IntArray
+    mesh: MorphMesh, people: Mapping[str, Path], frame: HeadFrame, origin: IntArray, marks: Marks
 ) -> dict[str, NDArray[np.float32]]:
     """Differences between people, by name of target, (V, 3), mm."""
     out = {f"{COMPONENT}{name}": frame.moves(d) for name, d in mesh.components.items()}
@@ -181,6 +182,7 @@ def _identity(
             raise ModelFormatError(
                 f"{path} is another mesh: {error.problem}", error.remedy
             ) from error
+        check_person(path, frame.places(mesh.vertices + moved), frame.places(mesh.vertices), marks)
         out[f"{PERSON}{name}"] = frame.moves(moved)
     return out
 

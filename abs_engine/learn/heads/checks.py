@@ -5,6 +5,8 @@ Files that hold something else can be read, and would make a head that moves wro
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +15,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.face.schema import FACE_UNITS
 from abs_engine.learn.heads.marks import Marks
 from abs_engine.learn.heads.settings import HEAD_IMPORT
+from abs_engine.learn.heads.table import EYES_MM
 
 
 def check_marks(marks: Marks, vertices: FloatArray) -> None:
@@ -26,6 +29,31 @@ def check_marks(marks: Marks, vertices: FloatArray) -> None:
                 f"landmark {name} does not lie {where} the lips ({far:.0f} mm)",
                 f"give the vertex at the tip of the {name.removesuffix('_tip')}",
             )
+
+
+def check_person(path: Path, places: FloatArray, vertices: FloatArray, marks: Marks) -> None:
+    """Raise `ParameterError` where a person's places (V, 3), mm, are no face like the head's."""
+    at = np.r_[
+        marks.outer_lip, marks.inner_lip, marks.nose_tip[:1], marks.chin[:1], marks.eye_corners[:4]
+    ]
+    far = float(np.linalg.norm(places[at] - vertices[at], axis=1).max())
+    right, left = places[marks.eye_corners[[0, 3]]]
+    eyes, (_, least, most) = float(np.linalg.norm(left - right)), EYES_MM
+    if not least < eyes < most:
+        problem = f"its eyes' outer corners are {eyes:.4g} mm apart"
+    elif far > HEAD_IMPORT.most_apart:
+        problem = f"landmarks of its face lie up to {far:.0f} mm from the head's"
+    else:
+        try:
+            return check_marks(marks, places)
+        except ParameterError as error:
+            problem = error.problem
+    raise ParameterError(
+        f"{path} is no face like the head's: {problem}",
+        "scale it to the head's unit"
+        if _in_another_unit(places, vertices)
+        else "export it as the head was: the same vertices in their order, unit, axes and place",
+    )
 
 
 def check_units(units: NDArray[np.float32], vertices: FloatArray, marks: Marks) -> None:

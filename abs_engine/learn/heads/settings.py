@@ -23,6 +23,9 @@ class HeadImportSettings:
     most_fixed : float, mm
         That a face unit moves the eyes' corners or the nose by at most. Chosen: ICT's do by up to
         3.
+    most_apart : float, mm
+        That a landmark of another person's face lies from the head's at most. Chosen: of 1000
+        people of ICT's components, those of the farthest do so by 23.
     alike : float, correlation
         Of displacements with the head itself, above which they are places. Not measured.
     rescaled : float, ratio
@@ -75,6 +78,7 @@ class HeadImportSettings:
     oblique: float = 5.0
     beside: float = 20.0
     most_fixed: float = 20.0
+    most_apart: float = 50.0
     alike: float = 0.9
     rescaled: float = 5.0
     ring_aside: float = 0.15
