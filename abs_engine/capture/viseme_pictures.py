@@ -50,7 +50,8 @@ def read_viseme_pictures(path: Path, visemes: Collection[str]) -> tuple[VisemePi
     InputFileError
         If it cannot be read, lacks a column or has no lines, or names a picture that is not there.
     ParameterError
-        If it names a viseme that the corpus does not have, or a part of a pose.
+        If it names a viseme that the corpus does not have, or a part of a pose, or turns a head by
+        more than a full turn.
     """
     table = read_table(path)
     table.require(("picture", "viseme"), HELP)
@@ -72,6 +73,12 @@ def read_viseme_pictures(path: Path, visemes: Collection[str]) -> tuple[VisemePi
         there = np.isfinite(row)
         if there.any() and not there.all():
             raise ParameterError(f"{where}: a part of the pose is missing", "give all, or none")
+        turn = float(np.linalg.norm(row[:3]))
+        if turn > 2 * np.pi:
+            raise ParameterError(
+                f"{where}: the head is turned by {turn:.0f} radians, more than a full turn",
+                "give a rotation vector in radians, not degrees",
+            )
         known = placed and bool(there.all())
         pose = Pose.from_vectors(row[:3], row[3:]) if known else None
         out.append(VisemePicture(picture, viseme, pose))

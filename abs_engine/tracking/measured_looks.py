@@ -24,7 +24,7 @@ from abs_engine.learn.talking import learn_face
 from abs_engine.learn.training import checksum
 from abs_engine.tracking.heads import correspondence_of
 from abs_engine.tracking.landmark_correspondence import Correspondence
-from abs_engine.tracking.viseme_poses import by_texture, pose_by_landmarks
+from abs_engine.tracking.viseme_poses import by_texture, check_pose, pose_by_landmarks
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +88,8 @@ def with_looks(
         If pictures differ in size.
     FaceNotFoundError
         If a picture whose pose is to be estimated shows no face.
+    ParameterError
+        If a picture shows the face elsewhere than the pose that was given has it.
     NothingSeenError
         If the pictures do not show the face.
     """
@@ -142,6 +144,7 @@ def _sighting(
     if picture.pose is not None:  # of the points' frame
         own, frame = picture.pose, shape.frame
         pose = Pose(own.rotation @ frame.rotation, own.apply(frame.translation[None])[0])
+        check_pose(pose, image, vertices, speaker, places, camera, picture.path)
     else:
         pose = pose_by_landmarks(image, vertices, speaker, places, camera, picture.path)
     return Sighting(image, vertices, pose, alpha)

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from abs_engine.core.blocks import POSE
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.core.errors import FaceNotFoundError, ParameterError
 from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.core.pose import at_base, no_correction
 from abs_engine.core.scene import Renderer
+from abs_engine.core.settings import GENERAL
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.talking import TalkingFace
 from abs_engine.fit.settings import TALKING_FIT
@@ -25,6 +26,14 @@ from abs_engine.tracking.landmark_correspondence import Correspondence
 from abs_engine.tracking.landmark_fit import sound_fit
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import landmarks_of
+
+_AWAY = 20.0
+"""mm RMS, across the line of sight, that a pose may lie from where landmarks have the face. Chosen:
+right ones lie up to 5 away."""
+_POSE = (
+    "give the pose of the points' frame in the camera's axes, x right, y down, z forward, in "
+    "radians and mm, and the camera; or leave its cells empty"
+)
 
 
 def pose_by_landmarks(
@@ -58,6 +67,45 @@ def pose_by_landmarks(
     raise FaceNotFoundError(
         f"no face is found in {path}", "give its pose in the table, or leave the picture out"
     )
+
+
+def check_pose(
+    pose: Pose,
+    image: NDArray[np.uint8],
+    vertices: NDArray[np.floating],
+    speaker: Speaker,
+    correspondence: Correspondence,
+    camera: Camera,
+    path: Path,
+) -> None:
+    """Refuse a pose that was given of a head, where the picture shows the head elsewhere.
+
+    Parameters are those of `pose_by_landmarks`. A picture in which landmarks are not found only
+    has to have the face in it.
+
+    Raises
+    ------
+    ParameterError
+        If the face lies outside of the picture, or far from where landmarks have it.
+    """
+    face = np.asarray(vertices, np.float64)[speaker.points["face"]]
+    there, size = pose.apply(face), np.array(camera.size)
+    ahead = there[:, 2] >= GENERAL.nearest
+    at = camera.project(there[ahead])
+    if 2 * ((at >= 0) & (at < size)).all(axis=1).sum() < len(face):
+        raise ParameterError(f"by its pose, the face is not in {path}", _POSE)
+    try:
+        found = pose_by_landmarks(image, vertices, speaker, correspondence, camera, path)
+    except FaceNotFoundError:
+        return
+    seen = found.apply(face)
+    focal = camera.matrix[[0, 1], [0, 1]]
+    off = (camera.project(there) - camera.project(seen)) * seen[:, 2].mean() / focal
+    away = float(np.sqrt((off**2).sum(axis=1).mean()))
+    if away > _AWAY:
+        raise ParameterError(
+            f"by its pose, the face lies {away:.0f} mm from where {path} shows it", _POSE
+        )
 
 
 def by_texture(face: TalkingFace, seen: Sighting, camera: Camera, renderer: Renderer) -> Sighting:

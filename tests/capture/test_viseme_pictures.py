@@ -46,6 +46,7 @@ def test_without_columns_of_poses_all_are_estimated(tmp_path):
         ("picture,viseme,rx\na.png,a,1\n", "lacks the columns ry"),
         (POSES + "a.png,a,1,2,3,4,,6\n", "line 2: a part of the pose is missing"),
         (POSES + "a.png,a,1,2,3,4,x,6\n", "'x' in column ty is not a number"),
+        (POSES + "a.png,a,-175,1,2,3,4,5\n", "line 2: the head is turned by 175 radians, more"),
     ],
 )
 def test_lines_that_are_wrong_are_named(tmp_path, text, said):

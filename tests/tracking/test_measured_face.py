@@ -12,12 +12,13 @@ from heads import seen_at
 from talkers import CAMERA as BALL
 from talkers import POSE, RENDERER, learned_face
 
+from abs_engine.capture.viseme_pictures import VisemePicture
 from abs_engine.core.errors import FaceNotFoundError, ParameterError, PictureError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.talking_file import save_talking
-from abs_engine.tracking.measured_looks import _camera
+from abs_engine.tracking.measured_looks import _camera, _sighting
 from abs_engine.tracking.options import Leaves, TrackOptions
 from abs_engine.tracking.talking_faces import found_talker
 from abs_engine.tracking.viseme_poses import by_texture, pose_by_landmarks
@@ -55,6 +56,44 @@ def test_a_picture_without_a_face_is_named():
     blank = lit("clara")[:1].repeat(CAMERA.size[1], axis=0)
     with pytest.raises(FaceNotFoundError, match=r"no face is found in a\.png"):
         pose_by_landmarks(blank, speaker().vertices, speaker(), correspondence(), CAMERA, PICTURE)
+
+
+def sighted(image, given):
+    """A picture of Clara, and the pose that a table gives for it."""
+    still, ahead = vertices_of("clara"), Pose(np.eye(3), np.zeros(3))
+    shape = SimpleNamespace(scene=SimpleNamespace(vertices=lambda alpha: still), frame=ahead)
+    made = SimpleNamespace(shape=shape, head=SimpleNamespace(speaker=speaker()))
+    built = SimpleNamespace(alpha=[np.zeros(0)], corpus=SimpleNamespace(visemes=["a"]))
+    one = VisemePicture(PICTURE, "a", given)
+    return _sighting(made, built, one, image, CAMERA, correspondence())
+
+
+TRUE = seen_at([0.05, 0.15, 0.03], [10, -5, 650])
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (
+            Pose(TRUE.rotation, np.add(TRUE.translation, [40, 0, 0])),
+            r"lies 4. mm from where a\.png shows",
+        ),
+        (Pose(TRUE.rotation, TRUE.translation / 10), r"the face is not in a\.png; give"),
+        (Pose(TRUE.rotation.T, -TRUE.translation @ TRUE.rotation), r"lies .* mm from where a\.png"),
+    ],
+)
+def test_a_pose_that_lies_far_from_the_picture_s_face_is_refused(given, said):
+    with pytest.raises(ParameterError, match=said):
+        sighted(lit("clara", TRUE), given)
+
+
+def test_a_pose_that_is_right_or_cannot_be_compared_is_taken_as_it_is():
+    blank = lit("clara")[:1].repeat(CAMERA.size[1], axis=0)
+    near = Pose(TRUE.rotation, np.add(TRUE.translation, [4, 4, 20]))
+    for image, given in ((lit("clara", TRUE), near), (blank, near)):
+        assert sighted(image, given).pose.translation.tolist() == given.translation.tolist()
+    with pytest.raises(ParameterError, match=r"the face is not in a\.png"):
+        sighted(blank, Pose(TRUE.rotation, np.add(TRUE.translation, [400, 0, 0])))
 
 
 def test_pictures_are_of_one_size():
