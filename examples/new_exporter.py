@@ -11,7 +11,7 @@ from abs_engine import EXPORTERS, Exporter, Loss, TrackedRun
 
 
 def stamp(seconds: float) -> str:
-    """Hours, minutes and seconds, rounded before they are counted: no second is a 60th."""
+    """Hours, minutes and seconds, rounded before they are counted: no stamp says 60 seconds."""
     minutes, rest = divmod(round(1000 * seconds), 60_000)
     return f"{minutes // 60:02d}:{minutes % 60:02d}:{rest / 1000:06.3f}"
 

@@ -180,3 +180,10 @@ def turned(path: Path, matrix: tuple[float, float, float, float]) -> Path:
         struct.pack_into(">i", content, at + 4 * place, round(value * 65536))
     path.write_bytes(content)
     return path
+
+
+def rewrite(run: Path, without: str = "", **arrays: np.ndarray) -> None:
+    """Write the results of a run again without one of its arrays, or with others."""
+    with np.load(run / "results.npz") as data:
+        kept = {name: data[name] for name in data.files if name != without}
+    np.savez(run / "results.npz", **(kept | arrays))

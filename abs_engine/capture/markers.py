@@ -196,13 +196,27 @@ def _read_csv(path: Path, rate: float | None, unit: str | None, timed: bool) -> 
         _check_order(path, frame)
     if not first.is_integer():
         raise InputFileError(f"{path}: '{first:g}' is not a frame number", "use whole numbers")
-    told = _rate_of(path, time) if timed else rate or 1.0
-    if rate and told and abs(rate - told) > _RATE_OFF * told:
+    told = _stated_rate(path, time, rate) if timed else rate or 1.0
+    rate = _rate(path, rate or told)
+    return Markers(names, points, np.zeros(points.shape[:2]), rate, int(first))
+
+
+def _stated_rate(path: Path, time: FloatArray | None, given: float | None) -> float | None:
+    """The rate by a column of times; one that is given must not contradict it.
+
+    Uneven times state none where a rate is given.
+    """
+    try:
+        told = _rate_of(path, time)
+    except InputFileError:
+        if given:
+            return None
+        raise
+    if given and told and abs(given - told) > _RATE_OFF * told:
         raise ParameterError(
             f"{path} states the rate {told:.6g} by its column time", "leave the option out"
         )
-    rate = _rate(path, rate or told)
-    return Markers(names, points, np.zeros(points.shape[:2]), rate, int(first))
+    return told
 
 
 def _check_order(path: Path, frames: FloatArray) -> None:

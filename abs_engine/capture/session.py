@@ -141,8 +141,8 @@ def _rate_and_frames(videos: Sequence[Path]) -> tuple[float, int]:
 def review(tracks: Tracks, observed: Observations) -> Iterator[tuple[Mark, dict[str, object]]]:
     """Frames for a person to look at: places lost, uncertain, or on which views disagree.
 
-    Written with `marks.write_marks` it is a file of corrections: edit x and y where they are
-    wrong, leave them empty where the dot cannot be seen, delete the other lines.
+    Written with `dot_annotations.write_marks` it is a file of corrections: edit x and y where they
+    are wrong, leave them empty where the dot cannot be seen, delete the other lines.
     """
     for frame, view, point in np.ndindex(tracks.pixels.shape[1], 2, len(tracks.names)):
         score = float(tracks.scores[view, frame, point])

@@ -20,7 +20,7 @@ OWN = TABLE, TIMING
 BETWEEN = " | "
 """Separates warnings in a message."""
 LONGEST = 200
-"""Bytes of a run's name: file systems take 255, and names of files beside it are longer."""
+"""Bytes of a run's name that are kept: file systems take 255, files beside it have longer names."""
 
 
 @dataclass(frozen=True)

@@ -161,8 +161,8 @@ class MixturePrior(Prior):
         """That of the Gaussian (N, N), which stands for the mixture's.
 
         At a centre that lies alone the mixture bends 1 / width^2 times as much, and between two it
-        may bend the other way. So where many shapes were seen, intervals are wider than it makes
-        them, by 1 / width at most; between two they may be too narrow.
+        may bend the other way. So where many shapes were seen, intervals are wider than the mixture
+        would make them, by 1 / width at most; between two they may be too narrow.
         """
         return self.gaussian.curvature(x)
 

@@ -77,13 +77,13 @@ def _indices(faces: ArrayLike) -> NDArray[np.integer]:
     try:
         given = np.asarray(faces)
         whole = given if given.dtype.kind in "iu" else np.asarray(given, np.float64)
-        if (whole != np.floor(whole)).any():
+        if not np.isfinite(whole).all() or (whole != np.floor(whole)).any():
             raise ValueError("NaN or a fraction")
     except (TypeError, ValueError) as error:
         raise MeshError(
             "indices of facets are not whole numbers", "give triangular faces (F, 3)"
         ) from error
-    fits = np.abs(whole).max(initial=0) < 1 << 31
+    fits = whole.min(initial=0) >= -(1 << 31) and whole.max(initial=0) < 1 << 31
     return whole.astype(np.int32 if fits else np.int64)
 
 

@@ -18,9 +18,9 @@ _BARELY = 1.002
 """Times a rate that its base may be: 29.97 frames a second are counted as 30."""
 _DAY = 86400.0
 _APART = 2.5
-"""Usual steps between two rows, beyond which some are missing for certain."""
+"""Usual steps between two rows, beyond which some are missing for certain. Chosen."""
 _FEWEST, _EVEN = 2, 0.01
-"""Numbers left out that make a rate; and the share of a frame that rounding leaves at least."""
+"""Numbers left out that make a rate, and how far from a whole frame steps may be. Chosen."""
 _CODE = re.compile(r"\s*(\d+):(\d+):(\d+):(\d+(?:\.\d+)?)\s*", re.ASCII)
 
 

@@ -124,11 +124,12 @@ def _on_frames(table: Table, numbers: FloatArray, clip: Reference) -> FloatArray
     begun = times[0] if len(times) else 0.0
     times = times - begun
     lasts = times[-1] if len(times) > 1 else 0.0
-    if (np.diff(times) <= 0).any() or not lasts or abs(lasts - wanted[-1]) > 1.5 / clip.rate:
+    if abs(begun + lasts - wanted[-1]) >= abs(lasts - wanted[-1]):
+        begun = 0.0  # else the first rows are missing
+    off = abs(begun + lasts - wanted[-1])
+    if (np.diff(times) <= 0).any() or not lasts or off > 1.5 / clip.rate:
         raise ParameterError(f"{problem}, and lasts {lasts:.2f} s", remedy)
-    times = steadied(times)
-    if abs(begun + lasts - wanted[-1]) < abs(lasts - wanted[-1]):
-        times = times + begun  # the first row is missing
+    times = steadied(times) + begun
     step = float(np.median(np.diff(times)))
     return np.stack([_between(wanted, times, column, step) for column in numbers.T], axis=1)
 

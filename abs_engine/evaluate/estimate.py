@@ -135,7 +135,7 @@ _LAYOUT: Layout = {
 
 
 def run_arrays(given: Mapping[str, ArrayLike]) -> dict[str, NDArray[Any]]:
-    """Arrays of a run that nothing has read, which may be lists, as arrays; see `check_run`.
+    """Arrays of a run that was made in memory, where lists will do; see `check_run`.
 
     Raises
     ------

@@ -53,7 +53,7 @@ class LocalLooks:
         Drawn pixels per mm at which it was learned, where clips of any camera and distance are
         compared at that; 0 where they are compared at `scale`.
     own_share : float
-        See `local.own_share`.
+        See `local_learning.own_share`.
     """
 
     model: LocalModel
@@ -92,7 +92,7 @@ class Appearance:
         Number of independent observations of that noise that a frame is worth: its sum of squares
         varies from frame to frame as that of so many does (Satterthwaite, Biometrics 1946).
     own_share : float
-        See `local.own_share`.
+        See `local_learning.own_share`.
     """
 
     texture: TextureModel

@@ -57,7 +57,10 @@ def lip_window(
 def window_of(
     lips: FloatArray, across: float, drawn: float, more: tuple[float, float] = (0.0, 0.0)
 ) -> Window:
-    """The window around lips (R, 2), px, of a mouth `across` px wide, `drawn` so many wide."""
+    """The window around lips (R, 2), px, of a mouth `across` px wide, drawn `drawn` px wide.
+
+    `more` is what it is higher and wider by, in widths of the mouth.
+    """
     scale = min(GENERAL.finest, drawn / across)
     size = np.ceil((np.array(HEAD_FIT.window) + more) * across * scale) / scale
     middle = 0.5 * (lips.min(axis=0) + lips.max(axis=0))

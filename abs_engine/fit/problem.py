@@ -266,7 +266,7 @@ class Problem:
 
         Each parameter gives way by its `mobility` times the work of the forces on the nodes, less
         the priors' slope. The weights' part is scaled so that the node which moves most moves by
-        `forces.FIRST_STRIDE`; the pose's is shortened to that.
+        `HEAD_FIT.first_stride`; the pose's is shortened to that.
 
         Raises
         ------

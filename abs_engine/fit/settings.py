@@ -204,7 +204,7 @@ class BeliefSettings:
     by_landmarks : tuple of float, 1, mm, share and mm
         What is added to the aperture's, in quadrature, where an aperture rests on landmarks alone;
         its square counts by the weight that colours lack (`ColourClasses.weight`). Chosen on p01 to
-        p08 of the strangers beside gaps read by eye, of which 90 % intervals hold 89 % with it and
+        p08 of the strangers beside gaps read by eye, of which 90 % intervals hold 90 % with it and
         76 without. Measured on p09 to p16: 85 and 76 %. In films colours lack next to nothing.
     grey_aperture, grey_width : tuple of float, 1, mm, share and mm
         The same of a video without colour; the last is the most that the size adds. Chosen on p01

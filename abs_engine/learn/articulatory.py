@@ -115,7 +115,7 @@ class LeftOut:
 def leave_out_in_turn(
     corpus: Corpus, predictors: Sequence[Predictor] = PAPER_PREDICTORS, missing: Missing = "refuse"
 ) -> LeftOut:
-    """Each viseme in the model of all others; of more than `MOST_BUILT` several at once.
+    """Errors of each viseme in the model of all others; of more than `MOST_BUILT` several at once.
 
     Those that cannot be left out are told of, with the reason.
     """

@@ -49,7 +49,7 @@ class MouthEvidence:
     def covered(self, now: MouthEvidence) -> bool:
         """Whether lips as in `now` are hidden, where this evidence is usual.
 
-        There is too little of their colour, too faint, or too much.
+        Too little or too much has their colour, or it is too faint.
         """
         return not (
             BLOB_START.least_area * self.area < now.area < BLOB_START.most_area * self.area

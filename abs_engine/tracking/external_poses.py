@@ -29,7 +29,7 @@ class GivenMotion:
         return GivenFollower(self.given)
 
     def in_picture(self, camera: Camera, point: FloatArray, video: Path) -> GivenMotion:
-        """Only the poses that put a point (3,), mm, head frame, before the camera in its picture.
+        """Only the poses that put a point (3,), mm, head frame, into the camera's picture.
 
         Frames are learned from whose mouth can be there.
 

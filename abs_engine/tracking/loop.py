@@ -54,7 +54,7 @@ def track(
     `memory` is what is known before the first frame. Frames that a journal has were fitted before:
     in these, the head is only followed. The others are added to it.
 
-    Yields ------ image, FrameResult Each frame (H, W, 3) with what was found in it.
+    Yields each frame (H, W, 3) with what was found in it.
     """
     shots = (Shot(image, k, setting.time_of(k)) for k, image in enumerate(images))
     with closed_after(track_shots(setting, shots, memory, journal)) as found:
@@ -75,7 +75,7 @@ def track_shots(
     see `track`. The head may be followed ahead of the fits in `depth` frames; each of them delays
     results.
 
-    Yields ------ Shot, FrameResult Each frame with what was found in it.
+    Yields each frame with what was found in it.
     """
     head, clock = setting.motion.follower(), setting.clock
     known = 0 if journal is None else journal.resumed

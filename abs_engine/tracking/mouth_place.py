@@ -31,15 +31,18 @@ def mouth_place(
     depth = float(pose.apply(model.pivot)[2])
     mm = float(camera.matrix[0, 0]) / depth * window.scale
     within, beyond = (
-        sure / _odds((PREPARATION.place_margin - side * away / mm) / PREPARATION.place_softness)
+        sure
+        / _inverse_probability(
+            (PREPARATION.place_margin - side * away / mm) / PREPARATION.place_softness
+        )
         for side, sure in ((-1.0, PREPARATION.sure_within), (1.0, PREPARATION.sure_beyond))
     )
     mixing = max(1.0, CHROMA_REACH * window.scale)
     return MouthPlace(_upper_share(window, line), within, beyond, mixing)
 
 
-def _odds(nats: FloatArray) -> FloatArray:
-    """One over a probability, of its logarithmic odds against, up to 30 nats."""
+def _inverse_probability(nats: FloatArray) -> FloatArray:
+    """One over a probability, by the logarithm of the odds against it, up to 30 nats."""
     return np.asarray(1 + np.exp(np.clip(nats, -30.0, 30.0)))
 
 
@@ -81,4 +84,4 @@ def _upper_share(window: Window, line: FloatArray) -> FloatArray:
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(np.float64)
     level = np.interp(grid @ along, (drawn @ along)[order], (drawn @ down)[order])
     below = (grid @ down - level) / (PREPARATION.between_lips * HEAD_FIT.drawn_mouth)
-    return np.asarray(1 / _odds(below))
+    return np.asarray(1 / _inverse_probability(below))

@@ -44,7 +44,7 @@ DISCARDED = (
 
 @as_usual()
 def prepare(
-    video: Path,
+    video: str | Path,
     renderer: Renderer,
     options: TrackOptions = DEFAULTS,
     stage: Callable[[str], None] | None = None,
@@ -53,7 +53,7 @@ def prepare(
 
     Parameters
     ----------
-    video : Path
+    video : str or Path
     renderer : Renderer
     options : TrackOptions
     stage : callable, optional
@@ -117,7 +117,7 @@ def silent(_stage: str) -> None:
 
 @as_usual()
 def track_video(
-    video: Path,
+    video: str | Path,
     folder: Path,
     renderer: Renderer,
     options: TrackOptions = DEFAULTS,

@@ -69,7 +69,7 @@ def prepare_shell(
             "leave out --start blobs and the preset",
         )
     tell("cutting the shell")
-    rest = head_at_rest(speaker, head, None if own.physics is None else physics)
+    rest = head.body.mean if head.body.rest is None else head.body.rest
     lips = person_lips(speaker, physics, rest)
     free = None if base.setting.pose_held else BY_BLOB if by_blobs else POSE_DEVIATION
     scene = _with_marks(speaker, lips, rest)
@@ -89,20 +89,6 @@ def prepare_shell(
 def _path(options: TrackOptions) -> Path:
     """The file of the physics."""
     return options.model_file or options.physics or shipped(BUNDLED)
-
-
-def head_at_rest(
-    speaker: Speaker, head: Face, physics: LearnedPhysics | None = None
-) -> NDArray[np.float32]:
-    """A head (V, 3), mm, at rest.
-
-    It is in the mean posture of the `physics`, if that is given, and says itself how it rests
-    otherwise.
-    """
-    if physics is None:
-        return head.body.mean if head.body.rest is None else head.body.rest
-    none = np.zeros_like(head.body.mean)
-    return head.body.mean - physics_shape(speaker, none, cut_lip_shell(speaker), physics).mean
 
 
 def person_lips(speaker: Speaker, physics: LearnedPhysics, rest: NDArray[np.float32]) -> LipModel:

@@ -97,7 +97,7 @@ def _problem(points: FloatArray) -> tuple[str, str] | None:
 
 
 def _check_pixels(where: str, mouth: LabelledMouth) -> None:
-    """Raise `InputFileError` for a mouth that is none of its picture.
+    """Raise `InputFileError` for a mouth that cannot be in its picture.
 
     It is far too narrow, or a point lies half a mouth or more outside.
     """

@@ -139,11 +139,15 @@ def test_single_rows_that_are_missing_are_lost_at_any_rate(truth, reference, tmp
 
 def test_first_rows_that_are_missing_are_lost_by_the_timecode(truth, reference, tmp_path):
     heading, rows = arkit_rows(truth)
-    for hours, missing in (("00:00", [0]), ("01:02", [FRAMES - 1])):
-        own = [[hours + row[0][5:], *row[1:]] for row in rows[1:]]
-        found = arkit(write_csv(tmp_path / f"{missing[0]}.csv", heading, own), reference)
-        assert lost(found) == missing
-    found = arkit(tmp_path / "0.csv", reference)
+    for hours, begins, missing in (
+        ("00:00", 1, [0]),
+        ("00:00", 3, [0, 1, 2]),
+        ("01:02", 1, [FRAMES - 1]),
+    ):
+        own = [[hours + row[0][5:], *row[1:]] for row in rows[begins:]]
+        file = write_csv(tmp_path / f"{begins}-{missing[0]}.csv", heading, own)
+        assert lost(arkit(file, reference)) == missing
+    found = arkit(tmp_path / "1-0.csv", reference)
     weights = found.surface.weights[1:]
     np.testing.assert_allclose(weights, truth.unit_weights[1:], atol=1e-6)
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from lip_clips import FRONT, HEADS, LEFT, RIGHT, SPEAKER, clip, lips, write_lip_run
+from runs import rewrite
 from scipy.optimize import minimize
 
 from abs_engine.capture.observations import write_observations
@@ -154,13 +155,6 @@ class TestFurther:
         )
         assert done.physics is lips().training.physics
         assert (done.kept, done.evidence, len(done.sources)) == (0, (1.0, 2.0, 2.0), 1)
-
-
-def rewrite(run: Path, without: str = "", **arrays: np.ndarray) -> None:
-    """Write the results of a run again without one of its arrays, or with others."""
-    with np.load(run / "results.npz") as data:
-        kept = {name: data[name] for name in data.files if name != without}
-    np.savez(run / "results.npz", **(kept | arrays))
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,7 @@ import pytest
 from runs import (
     lost_result,
     noise,
+    rewrite,
     toy_result,
     toy_setting,
     write_kind,
@@ -297,13 +298,6 @@ def test_a_run_of_another_head_is_refused(run):
     other = replace(load_speaker(), faces=load_speaker().faces[:, ::-1])
     with pytest.raises(ModelFormatError, match="tracked with another head"):
         load_recording(run, other)
-
-
-def rewrite(run, without="", **arrays):
-    """Write the results of a run again without one of its arrays, or with others."""
-    with np.load(run / "results.npz") as data:
-        kept = {name: data[name] for name in data.files if name != without}
-    np.savez(run / "results.npz", **(kept | arrays))
 
 
 @pytest.mark.parametrize("lacking", ["covered", "contradicted", "rate"])

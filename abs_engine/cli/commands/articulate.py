@@ -39,11 +39,12 @@ CORPUS, points of a face in a posture for each viseme:
   viseme,a,30-34
   teeth,right,m80                    likewise left and front
   A point may be in several groups; one in no group is left out. Frames have the numbers in the
-  CSV's column frame, or else count from 0. Several frames of a viseme are averaged. teeth
-  are three points of the upper teeth (a molar on either side, the front edge), by which the head's
-  motion is removed; without them the points must already be in the frame of the upper teeth: x to
-  the subject's left, y up, z forward. The usual predictors ask for the groups lips, upper_lip,
-  lower_lip, jaw_line, lower_teeth and face (all but lips and teeth).
+  CSV's column frame, also where observe wrote an NPZ of it, or else count from 0. Several
+  frames of a viseme are averaged. teeth are three points of the upper teeth (a molar on either
+  side, the front edge), by which the head's motion is removed; without them the points must
+  already be in the frame of the upper teeth: x to the subject's left, y up, z forward. The usual
+  predictors ask for the groups lips, upper_lip, lower_lip, jaw_line, lower_teeth and face (all
+  but lips and teeth).
 --predictors, a TOML file, if a language, a speaker or a set of points needs others:
   format = "abs_engine.predictors"
   version = 1

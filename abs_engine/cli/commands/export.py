@@ -36,7 +36,7 @@ def _loss_lines(lost: Sequence[Loss]) -> Iterator[str]:
     "Track and look at the result",
     take.argument("run", "RUN", text="what 'track -o' made"),
     take.option("--to", "to", metavar="NAME", type=take.Named(EXPORTERS), required=True,
-        text="the format, see below"),
+        text="the format; see below"),
     take.output("PATH", "the file, or the folder of formats that are several files"),
     take.option("--smooth", metavar="FILTER:N",
         text="smooth by butterworth:HZ, a cutoff, or savitzky-golay:FRAMES, a window, before "

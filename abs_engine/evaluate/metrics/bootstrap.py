@@ -102,13 +102,18 @@ def confidence(
     Raises
     ------
     ParameterError
-        If `level` or `resamples` make no interval, or the seed is below 0.
+        If `level` or `resamples` make no interval, the seed is below 0, or rates do not fit.
     """
     if not 0 < level < 1 or resamples < 1:
         raise ParameterError("this is not a confidence interval", "give a level between 0 and 1")
     if seed < 0:
         raise ParameterError(f"the seed is {seed}", "give 0 or more")
-    rates = np.broadcast_to(np.asarray(rate, np.float64), len(means))
+    rates = np.asarray(rate, np.float64).ravel()
+    if rates.size not in (1, len(means)):
+        raise ParameterError(
+            f"there are {rates.size} rates for {len(means)} clips", "give each one"
+        )
+    rates = np.broadcast_to(rates, len(means))
     rng = np.random.default_rng(seed)
     part, weight = np.zeros(resamples), np.zeros(resamples)
     for _ in means:

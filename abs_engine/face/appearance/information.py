@@ -43,7 +43,7 @@ def information(
     model : LocalModel
         Of all points; differences are divided by the spread that it leaves unexplained.
     sightings, scene, camera, renderer, scale
-        As for `local.learn_local`.
+        As for `local_learning.learn_local`.
     moved : callable
         Of a frame to 1 + n candidates.
 

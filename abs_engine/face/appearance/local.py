@@ -185,8 +185,8 @@ def inverse_spread(spread: FloatArray) -> FloatArray:
 def in_common(noise: FloatArray, seen: BoolArray) -> FloatArray:
     """Mean products (8 N, 8 N) of noise (T, N, 8), over the frames that show both points.
 
-    Not every one of its eigenvalues is positive where frames hide points: as each pair of points
-    has frames of its own.
+    Not every one of its eigenvalues is positive where frames hide points, since each pair is
+    averaged over frames of its own.
 
     Parameters
     ----------

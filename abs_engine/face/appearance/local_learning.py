@@ -20,7 +20,7 @@ from abs_engine.face.appearance.windows import Windows
 from abs_engine.face.settings.appearance import APPEARANCE
 
 FEWEST = 3
-"""Recordings that noise is measured on: each is foretold by others that foretell each other."""
+"""Recordings that noise is measured on, at least: each is predicted by others, these by others."""
 
 
 def learn_local(

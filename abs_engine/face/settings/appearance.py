@@ -34,7 +34,8 @@ class AppearanceSettings:
         That is taken for its own: in a few dozen frames, that of hundreds of components cannot be
         distinguished from noise that they have in common. Not measured.
     alone_tried : tuple of float, share of each component's noise
-        That are tried for `alone` where there are several recordings. Not measured.
+        That are tried for `alone` where there are three recordings or more, or frames of which no
+        recording is known. Not measured.
     highest : float, leverage
         Of a frame at most: one that alone decides about an item has nearly 1. Not
         measured.

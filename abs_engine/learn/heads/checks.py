@@ -45,9 +45,11 @@ def check_person(path: Path, places: FloatArray, vertices: FloatArray, marks: Ma
         problem = f"landmarks of its face lie up to {far:.0f} mm from the head's"
     else:
         try:
-            return check_marks(marks, places)
+            check_marks(marks, places)
         except ParameterError as error:
             problem = error.problem
+        else:
+            return
     raise ParameterError(
         f"{path} is no face like the head's: {problem}",
         "scale it to the head's unit"

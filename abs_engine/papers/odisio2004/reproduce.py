@@ -42,9 +42,7 @@ from abs_engine.report.drawing.figure import figure_bytes
 RESULTS, PAGE, FACE = "results.json", "index.html", "face.npz"
 FILMED = "filmed"
 REPORTED = 300
-"""Model of the comparison of solvers, and the budget of which results.json tells."""
-
-
+"""Evaluations of each fit, of which results.json tells."""
 ERRORS = "errors"
 """Of a round of visemes, while it is kept."""
 Split = tuple[NDArray[np.int64], NDArray[np.int64]]
