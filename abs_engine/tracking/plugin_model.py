@@ -7,15 +7,8 @@ import numpy as np
 from abs_engine.core.errors import PluginError
 from abs_engine.core.foreign import blamed, own
 from abs_engine.core.scene import Renderer
-from abs_engine.tracking.options import (
-    Clip,
-    ClipTracker,
-    Leaves,
-    Model,
-    Prepare,
-    Tell,
-    TrackOptions,
-)
+from abs_engine.tracking.model_entry import Model, Prepare
+from abs_engine.tracking.options import Clip, ClipTracker, Leaves, Tell, TrackOptions
 
 
 def check_model(model: Prepare, options: TrackOptions, leaves: Leaves) -> None:

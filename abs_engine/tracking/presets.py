@@ -9,7 +9,8 @@ from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.registry import MODELS, PRESETS, nearest
 from abs_engine.fit.terms import bends, term_kinds
 from abs_engine.io.npz import read_kind
-from abs_engine.tracking.options import LANDMARKS, Prepare, TrackOptions, model_named
+from abs_engine.tracking.model_entry import Prepare, model_named
+from abs_engine.tracking.options import LANDMARKS, TrackOptions
 
 MODEL_OF_FORMAT = {
     "abs_engine.learned_physics": "shell",

@@ -19,16 +19,8 @@ from abs_engine.tracking.frame_choice import Brightness
 from abs_engine.tracking.head_pose import placed_fit
 from abs_engine.tracking.heads import correspondence_of, head_setting
 from abs_engine.tracking.light import SkinLight
-from abs_engine.tracking.options import (
-    LANDMARKS,
-    Clip,
-    ClipTracker,
-    Leaves,
-    Model,
-    Tell,
-    TrackOptions,
-    own_file,
-)
+from abs_engine.tracking.model_entry import Model, own_file
+from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.person_fit import FittedPerson, Sighted
 from abs_engine.tracking.run_warnings import FACE_COLOURS, UNCOVERED, other_head
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE

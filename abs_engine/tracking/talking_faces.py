@@ -23,16 +23,8 @@ from abs_engine.learn.training import checksum
 from abs_engine.tracking.blob_start import by_blobs
 from abs_engine.tracking.face_frame import FaceBinder
 from abs_engine.tracking.heads import by_landmarks, correspondence_of
-from abs_engine.tracking.options import (
-    BLOBS,
-    Clip,
-    ClipTracker,
-    Leaves,
-    Model,
-    Tell,
-    TrackOptions,
-    own_file,
-)
+from abs_engine.tracking.model_entry import Model, own_file
+from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 
 
 @dataclass(frozen=True, eq=False)

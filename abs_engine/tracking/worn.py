@@ -29,16 +29,9 @@ from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.face_detection import find_face
 from abs_engine.tracking.frame_state import HeadFrame, Memory
 from abs_engine.tracking.head_frame import HeadBinder
+from abs_engine.tracking.model_entry import Model
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
-from abs_engine.tracking.options import (
-    LANDMARKS,
-    Clip,
-    ClipTracker,
-    Leaves,
-    Model,
-    Tell,
-    TrackOptions,
-)
+from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.scale import pupil_distance, pupil_scale
 from abs_engine.tracking.settings.worn import CLOSE_UP
 from abs_engine.tracking.worn_fit import WornHead

@@ -8,7 +8,8 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.papers.odisio2004.frame_before import FrameBefore
 from abs_engine.papers.odisio2004.sequence import AS_PRINTED, Settings, clip_setting
-from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Model, Tell, TrackOptions
+from abs_engine.tracking.model_entry import Model
+from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.presets import Preset
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.talking_faces import check_talker, found_talker
