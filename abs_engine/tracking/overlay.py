@@ -35,7 +35,7 @@ PANEL_WIDTH = 448
 ACROSS = 2.2  # mouth widths in the panel
 STRIP_HEIGHT = 96
 STRIP_SECONDS = 4.0
-STRIP_MM = 25.0  # aperture at the strip's top
+STRIP_MM = 25.0  # aperture at the strip's top, or a multiple that holds the widest
 _BELOW = f"closed below {CLOSED_APERTURE:g} mm"
 _CODING = 24, "ultrafast"  # x264's quantiser and preset: half of the time
 
@@ -170,14 +170,15 @@ class Painter:
         bottom, top = STRIP_HEIGHT - 8, 8
         places, values = np.array(self._apertures).T
         x = width - 1 - (width - 1) / self._shown * (places[-1] - places)
-        y = bottom - np.clip(values / STRIP_MM, 0, 1) * (bottom - top)
-        limit = round(bottom - CLOSED_APERTURE / STRIP_MM * (bottom - top))
+        most = STRIP_MM * max(1.0, np.ceil(np.fmax.reduce(values) / STRIP_MM))
+        y = bottom - values / most * (bottom - top)
+        limit = round(bottom - CLOSED_APERTURE / most * (bottom - top))
         cv2.line(strip, (0, limit), (width, limit), GREY, 1)
         write_text(strip, _BELOW, (8, limit - 4), GREY, 0.4)
         lines = np.split(np.column_stack([x, y]), np.flatnonzero(~np.isfinite(values)))
         fixed = [np.rint(p[np.isfinite(p[:, 1])] * 16).astype(np.int32) for p in lines]
         cv2.polylines(strip, [p for p in fixed if len(p) > 1], False, OUTER, 1, cv2.LINE_AA, 4)
         write_text(
-            strip, f"aperture, last {STRIP_SECONDS:.0f} s, 0 to {STRIP_MM:.0f} mm", (8, 20), WHITE
+            strip, f"aperture, last {STRIP_SECONDS:.0f} s, 0 to {most:.0f} mm", (8, 20), WHITE
         )
         return strip

@@ -14,7 +14,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.io.video import probe, read_frames
 from abs_engine.tracking import sheet as sheets
 from abs_engine.tracking.contours import LOST, LOWER, OUTER, UPPER, LipDrawing, cut
-from abs_engine.tracking.overlay import Overlay, Painter
+from abs_engine.tracking.overlay import STRIP_HEIGHT, Overlay, Painter
 from abs_engine.tracking.sheet import ContactSheet
 
 GREY = np.full((SIZE[1], SIZE[0], 3), 90, np.uint8)
@@ -146,6 +146,16 @@ def test_a_clip_that_begins_without_a_face_is_painted():
     painter = Painter(toy_setting())
     for result in (lost_result(0), toy_result(1), lost_result(2)):
         assert painter.paint(GREY, result).shape == (painter.size[1], painter.size[0], 3)
+
+
+def test_wide_openings_have_their_height_in_the_strip():
+    painter = Painter(toy_setting())
+    for index, aperture in enumerate((40.0, 45.0)):
+        picture = painter.paint(GREY, replace(toy_result(index), aperture=aperture))
+    strip = picture[-STRIP_HEIGHT:]
+    rows = painted(strip[:, -200:], OUTER)[:, 1]
+    assert rows.min() > 8 + 4  # 45 of 50 mm; a curve that is cut off lies along the top
+    assert np.ptp(rows) > 4
 
 
 def test_the_enlarged_mouth_says_what_the_contours_are():

@@ -43,7 +43,7 @@ def print_hints(renderer: Renderer) -> None:
     from abs_engine.render.select import draws_by_software
 
     if draws_by_software(renderer):
-        note("hint: no GPU draws here; OpenGL takes about 50 % longer than --renderer cpu")
+        note("hint: no GPU draws here; --renderer cpu is faster than OpenGL")
 
 
 def note(line: str) -> None:
