@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import WHOLE
+from abs_engine.core.lens import radial_factor, unfolded
 from abs_engine.core.settings import GENERAL
 
 WIDEST_SIDE = 1 << 15
@@ -131,12 +132,12 @@ class Camera:
         """Largest r^2 (normalised units) up to which the distortion is trusted.
 
         Beyond the image the polynomial may fold back; it is held constant outside of 1.5 times
-        the largest normalised radius of the image.
+        the largest normalised radius of the image, and from where it turns back.
         """
         width, height = self.size
         corners = np.array([[-1, -1], [width, -1], [-1, height], [width, height]], np.float64)
         flat = cv2.undistortPoints(corners[:, None], self.matrix, self.distortion)[:, 0]
-        return float(2.25 * (flat**2).sum(axis=1).max())
+        return unfolded(self.distortion, float(2.25 * (flat**2).sum(axis=1).max()))
 
     def distort(self, points: FloatArray) -> FloatArray:
         """Apply lens distortion, keeping z.
@@ -153,12 +154,12 @@ class Camera:
         """
         if not self.distorted:
             return points
-        k1, k2, p1, p2, k3, k4, k5, k6 = self.distortion
+        p1, p2 = self.distortion[2:4]
         z = points[..., 2]
         safe = np.where(np.abs(z) < 1e-9, 1e-9, z)
         x, y = points[..., 0] / safe, points[..., 1] / safe
         r2 = np.minimum(x * x + y * y, self.radius_limit)
-        radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
+        radial = radial_factor(self.distortion, r2)
         inside = x * x + y * y <= self.radius_limit
         dx = np.where(inside, 2 * p1 * x * y + p2 * (r2 + 2 * x * x), 0.0)
         dy = np.where(inside, p1 * (r2 + 2 * y * y) + 2 * p2 * x * y, 0.0)

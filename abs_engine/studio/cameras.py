@@ -23,6 +23,9 @@ FARTHEST = 65_535 * DEPTH_STEP
 _REACH = 250.0
 """No point of a head is farther from its origin, mm."""
 
+_OFF = 0.5
+"""The ray of a corner of a picture leads back to it within this, px."""
+
 _AIR = 15.0
 """A camera keeps this far away from the head and the shirt, mm."""
 
@@ -67,16 +70,22 @@ def lens(entry: CameraEntry, size: tuple[int, int]) -> Camera:
 
 
 def _check_lens(name: str, camera: Camera) -> None:
-    """Raise `ParameterError` where the distortion folds the picture over itself."""
+    """Raise `ParameterError` where the picture is folded, or a corner of it has no ray."""
     if not camera.distorted:
         return
-    corner = np.sqrt(camera.radius_limit) / 1.5  # the largest radius in the picture
-    radius = np.linspace(0, corner, 200)
-    rays = np.column_stack([radius, np.zeros(200), np.ones(200)])
-    if not np.isfinite(corner) or np.any(np.diff(camera.distort(rays)[:, 0]) <= 0):
+    right, bottom = np.array(camera.size) - 0.5  # pixel centres are whole numbers
+    corners = np.array([[-0.5, -0.5], [right, -0.5], [-0.5, bottom], [right, bottom]])
+    rays = np.column_stack([camera.undistort(corners), np.ones(4)])
+    off = np.abs(camera.project(rays) - corners).max()
+    inside = (rays[:, :2] ** 2).sum(axis=1).max() <= camera.radius_limit
+    along = np.linspace(0, 1, 200)[:, None, None] * rays
+    along[..., 2] = 1.0
+    radii = np.linalg.norm(camera.distort(along)[..., :2], axis=-1)
+    if not (off < _OFF and inside and np.all(np.diff(radii, axis=0) > 0)):
         raise ParameterError(
-            f"the distortion of camera '{name}' folds the picture over itself",
-            "give smaller coefficients",
+            f"the distortion of camera '{name}' folds the picture over itself, or leaves its "
+            "corners without rays",
+            "give smaller coefficients or a narrower field of view",
         )
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
 from abs_engine.core.camera import Camera
+from abs_engine.core.lens import unfolded
 
 SIZE, CENTRE = (1280, 720), (639.5, 359.5)
 WIDE = 790.0, (-0.30, 0.12, 0.0005, -0.0005, -0.02)  # 78 degrees
@@ -35,3 +37,57 @@ def test_beyond_the_reach_of_a_lens_model_the_lens_is_left_out():
     np.testing.assert_allclose(one.undistort(far)[0], (far[0] - CENTRE) / 640.0)
     assert np.isnan(one.undistort(far)[1, 0])
     assert one.undistort(np.zeros((0, 2))).shape == (0, 2)
+
+
+def squared_reach(one):
+    """Squared, 1.5 times the largest radius in the picture as OpenCV finds it."""
+    width, height = one.size
+    corners = np.array([[-1, -1], [width, -1], [-1, height], [width, height]], np.float64)
+    flat = cv2.undistortPoints(corners[:, None], one.matrix, one.distortion)[:, 0]
+    return float(2.25 * (flat**2).sum(axis=1).max())
+
+
+@pytest.mark.parametrize(
+    ("focal", "distortion", "turns"),
+    [
+        (790.0, (-0.32, 0.12, 0, 0, -0.02), 1.652),
+        (640.0, (-0.1,), np.sqrt(1 / 0.3)),
+    ],
+)
+def test_what_lies_beyond_where_a_lens_turns_back_stays_out_of_the_picture(
+    focal, distortion, turns
+):
+    one = camera(focal, distortion)
+    assert np.sqrt(one.radius_limit) == pytest.approx(turns, rel=3e-3)
+    assert one.radius_limit < squared_reach(one)
+    radii = np.linspace(0, 6, 500)
+    seen = one.distort(np.stack([0.6 * radii, 0.8 * radii, np.ones(500)], axis=1))[:, :2]
+    assert np.all(np.diff(np.hypot(*seen.T)) > 0)
+
+
+@pytest.mark.parametrize(
+    ("focal", "distortion"),
+    [
+        (1100.0, (-0.1, 0.05)),
+        (790.0, (-0.2, 0.08, 0.001, 0.002)),
+        (900.0, (0.25,)),
+        (900.0, (0.9, 0.1, 0, 0, 0, 1.25, 0.35, 0.01)),
+    ],
+)
+def test_a_lens_that_does_not_turn_back_reaches_as_far_as_ever(focal, distortion):
+    one = camera(focal, distortion)
+    assert one.radius_limit == squared_reach(one)
+
+
+@pytest.mark.parametrize(
+    ("distortion", "most", "turns"),
+    [
+        ((-1 / 3, 0, 0, 0, 0, 0, 0, 0), 1e30, 1.0),  # OpenCV finds no ray, and ends anywhere
+        ((-3000, 0, 0, 0, 0, 0, 0, 0), 1e-3, 1 / 9000),  # of a very long lens
+        ((0, 0, 0, 0, 0, -1.0, 0, 0), 4.0, 1.0),  # infinite there
+        ((0, 0, 0.1, 0.1, 0, 0, 0, 0), 4.0, 4.0),
+    ],
+)
+def test_a_lens_is_used_up_to_where_it_turns_back(distortion, most, turns):
+    assert unfolded(np.array(distortion), most) == pytest.approx(turns, rel=0.04)
+    assert np.isnan(unfolded(np.array(distortion), np.nan))

@@ -126,6 +126,15 @@ def value(seen, term) -> float:
     return float((difference**2).sum(2)[seen.covered].sum())
 
 
+def test_a_barrel_lens_draws_nothing_that_lies_outside_of_the_view(cpu):
+    lens = np.array([-0.32, 0.12, 0, 0, -0.02])  # turns back just outside of the picture
+    ideal = Camera.ideal((64, 48), 32 / np.tan(np.radians(39)))
+    camera = Camera(ideal.matrix, ideal.size, lens)
+    below = np.array([[[-0.5, 2.2, 1], [0.5, 2.2, 1], [0, 2.4, 1]]]) * DEEP
+    assert not draw_one(cpu, triangles(below), camera).covered.any()
+    assert draw_one(cpu, triangles(below / [1, 4, 1]), camera).covered.any()
+
+
 @pytest.mark.parametrize("distortion", [np.zeros(8), FISHY], ids=["ideal", "distorted"])
 @pytest.mark.parametrize("pixels", [24, 64, 131])
 def test_the_fused_value_is_that_of_the_buffers(cpu, pixels, distortion):

@@ -251,6 +251,15 @@ def test_what_a_scene_may_not_say(text, words):
         ("[[camera]]\nfield_of_view_degrees = 170", "sees 170 degrees"),
         ("[[camera]]\nfocal = -3", "must be positive"),
         ("[[camera]]\ndistortion = [-3.0]", "folds the picture over itself"),
+        (
+            "size = [640, 480]\n[[camera]]\nfield_of_view_degrees = 70\ndistortion = [-0.2]",
+            "leaves its corners without rays",
+        ),
+        (
+            "size = [640, 480]\n[[camera]]\nfield_of_view_degrees = 110\n"
+            "distortion = [-0.25, 0.06, 0, 0, -0.005]",
+            "leaves its corners without rays",
+        ),
         ("[[camera]]\ndistortion = [0,0,0,0,0,0,0,0,0]", "9 distortion coefficients"),
         ("[[camera]]\ncrf = 80", "crf 80"),
         ("[[camera]]\nmirror = {}", "both corners and a centre, or neither"),
@@ -381,6 +390,13 @@ def test_focal_lengths_in_pixels_millimetres_and_degrees_agree():
         camera = lens(CameraEntry(**given), (320, 240))
         np.testing.assert_allclose(np.diag(camera.matrix), [240, 240, 1], rtol=1e-7)
         np.testing.assert_array_equal(camera.matrix[:2, 2], [159.5, 119.5])
+
+
+@pytest.mark.parametrize("size", [(640, 480), (160, 120)])
+def test_a_lens_that_turns_back_just_outside_of_the_picture_may_film(size):
+    bent = (-0.32, 0.12, 0.0, 0.0, -0.02)  # up to 1.65; the corners are at 1.63
+    camera = lens(CameraEntry(field_of_view_degrees=78.0, distortion=bent), size)
+    assert camera.radius_limit < 1.66**2
 
 
 def test_a_camera_looks_where_it_is_told_with_its_picture_upright(speaker):
