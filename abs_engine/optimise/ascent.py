@@ -137,7 +137,8 @@ class Gradient:
     limit : int
         Largest number of iterations.
     reach : float
-        Difference step, in scales. A drawing changes by whole pixels, so it may not be small.
+        Difference step, in scales; shorter at a bound. A drawing changes by whole pixels, so it may
+        not be small.
     """
 
     tolerance: float = SOLVING.ascent_tolerance
@@ -149,8 +150,12 @@ class Gradient:
 
         def downhill(x: FloatArray) -> FloatArray:
             step = np.diag(self.reach * spec.scale)
-            values = objective.values(np.vstack([x + step, x - step]))
-            slope = (values[: len(x)] - values[len(x) :]) / (2 * self.reach)  # per scale
+            ends = np.stack([x + step, x - step])
+            inside = spec.clip(ends)
+            apart = np.diag(inside[0] - inside[1]) / spec.scale
+            apart = np.where((inside == ends).all(axis=(0, 2)), 2 * self.reach, apart)
+            values = objective.values(inside.reshape(-1, len(x)))
+            slope = (values[: len(x)] - values[len(x) :]) / apart  # per scale
             steepest = np.linalg.norm(slope)
             return -spec.scale * slope / steepest if steepest > 0 else np.zeros_like(x)
 

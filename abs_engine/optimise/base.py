@@ -17,7 +17,8 @@ class Solution:
     Parameters
     ----------
     x : (N,) float64
-        The best parameters seen.
+        The best parameters that the search went to. Of places looked at for slopes alone, one may
+        have been better.
     status : str
         "converged", "evaluation limit" or "failed: ...".
     value : float

@@ -28,7 +28,7 @@ from abs_engine.evaluate.check import Finding, check_dataset
 from abs_engine.evaluate.check.finding import merged
 from abs_engine.evaluate.check.footage import time_findings, watched
 from abs_engine.evaluate.check.ids import shift
-from abs_engine.evaluate.check.motion import vector_findings
+from abs_engine.evaluate.check.motion import length_findings, vector_findings
 from abs_engine.evaluate.check.speech import contact_findings
 from abs_engine.evaluate.check.visibility import look
 from abs_engine.io.video import VideoWriter, read_frames
@@ -433,6 +433,16 @@ def test_a_turn_is_too_fast_by_the_second(rate, found):
     poses = [Pose.from_vectors(row, np.zeros(3)) for row in vectors]
     said = [str(finding) for finding in vector_findings(vectors, poses, rate, "x")]
     assert ["rotations jump" in line for line in said] == ([True] if found else [])
+
+
+@pytest.mark.parametrize(
+    ("rate", "sense"), [(0.5, True), (25.0, True), (1000.0, True), (1001.0, False), (0.0, False)]
+)
+def test_every_rate_of_a_scene_makes_sense(front, rate, sense):
+    dataset = load_dataset(front)
+    clip = replace(load_clip(front / "talk"), rate=rate)
+    found = length_findings(clip, replace(dataset.clips[0], rate=rate), "x")
+    assert sense != any("the rate makes no sense" in str(finding) for finding in found)
 
 
 def test_label_frames_that_are_held_against_a_video_are_spread_over_it_and_named_once():

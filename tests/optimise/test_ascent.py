@@ -224,6 +224,25 @@ def test_bounds_hold():
         assert found.x[0] == pytest.approx(1.0, abs=0.05)
 
 
+def test_slopes_at_a_bound_are_measured_within_it():
+    seen = []
+
+    class Slope(Bowl):
+        def _value(self, x):
+            return float((x / SCALE).sum())
+
+        def values(self, vectors):
+            seen.extend(vectors)
+            return super().values(vectors)
+
+    start = np.array([0.0, 50.0, 0.0]) * SCALE
+    Gradient(0.0, 1, 0.5).minimise(Slope(), start, SPEC)
+    assert np.all(np.array(seen) <= SPEC.upper)
+    moved = (seen[6:] - start) / SCALE  # after three differences
+    np.testing.assert_allclose(moved[:, 1], moved[:, 2], atol=1e-9)
+    assert np.abs(moved[:, 1]).max() > 0.1
+
+
 def test_a_push_that_is_far_too_long_is_shortened():
     class Wild(Bowl):
         def push(self, x):

@@ -30,7 +30,7 @@ def length_findings(clip: Clip, entry: ClipEntry, name: str) -> Iterator[Finding
     """Frames or a rate that are not those of the list of clips."""
     if len(clip) != entry.frames:
         yield Finding(name, "holds another number of frames", f"{len(clip)}, not {entry.frames}")
-    if entry.rate != clip.rate or not 1 <= clip.rate <= 1000:
+    if entry.rate != clip.rate or not 0 < clip.rate <= 1000:
         yield Finding(name, "the rate makes no sense", f"{clip.rate:g} and {entry.rate:g} a second")
 
 
