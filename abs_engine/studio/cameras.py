@@ -163,8 +163,9 @@ def check_view(plan: ClipPlan, view: View) -> None:
     mirrored = 0.0
     if view.mirror is not None:
         mirror = Mirror(view.mirror)
-        for pose in poses[:: max(1, len(poses) // 100)]:
-            points = pose.apply(plan.neutral.astype(np.float64))
+        outermost = plan.neutral[ConvexHull(plan.neutral).vertices].astype(np.float64)
+        for pose in poses:
+            points = pose.apply(outermost)
             mirror.check_before(points, f"the head, for camera '{view.name}',")
             mirrored = max(mirrored, float(mirror.reflect(points)[:, 2].max()))
     if max(farthest, mirrored) > FARTHEST:

@@ -16,6 +16,7 @@ from abs_engine.core.arrays import BoolArray, Float32Array, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.io.assets import Speaker
 from abs_engine.studio import surface
+from abs_engine.studio.plane_cut import cut_off
 from abs_engine.studio.seam import DEPTH, beside, lip_strips
 
 CLEARANCE = 1.0
@@ -23,6 +24,9 @@ CLEARANCE = 1.0
 
 Lips that are pressed together overlap by up to 0.8 mm, and the seam between them is seen.
 """
+
+_NEARER = 1.001
+"""Meshes are cut this many times as far away as the camera's `near`, beyond which `flat` sees."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,16 +215,34 @@ def _hidden(
     """Whether something is nearer than vertices (N,) on their rays, by more than `clearance`."""
     points = np.column_stack([geometry.pixels[vertex], geometry.drawn[vertex, 2]])
     faces = speaker.faces[:, ::-1] if mirrored else speaker.faces
-    owner = speaker.weld[vertex].astype(np.int64)
-    hidden = surface.hidden(
-        points, geometry.drawn, geometry.pixels, faces, speaker.weld, owner, clearance
-    )
+    owner, weld = speaker.weld[vertex].astype(np.int64), speaker.weld
+    drawn, pixels = geometry.drawn, geometry.pixels
+    if drawn[:, 2].min() <= camera.near:
+        drawn, faces = before_lens(camera, drawn, faces)
+        weld = np.append(weld, np.full(len(drawn) - len(weld), -2, weld.dtype))
+        pixels = flat(camera, drawn)
+    hidden = surface.hidden(points, drawn, pixels, faces, weld, owner, clearance)
     for cover in covers:
-        nobody, own = np.full(len(vertex), -1), np.arange(len(cover.drawn), dtype=np.int32)
-        place = flat(camera, cover.drawn)
-        for side in (cover.faces, cover.faces[:, ::-1]):
-            hidden |= surface.hidden(points, cover.drawn, place, side, own, nobody, clearance)
+        drawn, faces = before_lens(camera, cover.drawn, cover.faces)
+        nobody, own = np.full(len(vertex), -1), np.arange(len(drawn), dtype=np.int32)
+        place = flat(camera, drawn)
+        for side in (faces, faces[:, ::-1]):
+            hidden |= surface.hidden(points, drawn, place, side, own, nobody, clearance)
     return np.asarray(hidden)
+
+
+def before_lens(
+    camera: Camera, drawn: FloatArray, faces: NDArray[np.int32]
+) -> tuple[FloatArray, NDArray[np.int32]]:
+    """Vertices (N, 3) and facets of a mesh, cut off where the camera sees nothing yet.
+
+    Facets keep the numbers of their vertices; those on the cut come after the mesh's own.
+    """
+    height = drawn[:, 2] - _NEARER * camera.near
+    if height.min() >= 0:
+        return drawn, faces
+    part = cut_off(faces, height)
+    return part.of(drawn), part.faces
 
 
 def inside(pixels: FloatArray, camera: Camera) -> BoolArray:

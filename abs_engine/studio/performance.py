@@ -23,6 +23,7 @@ from abs_engine.studio.speech import (
     read_textgrid,
 )
 from abs_engine.studio.speech.phonemes import PAUSE
+from abs_engine.studio.visemes import ALIASES
 
 _log = logging.getLogger(__name__)
 DEFAULT_SENTENCE = "demo"
@@ -63,7 +64,9 @@ def perform(
     check_length(len(said.weights) * entry.repeat)
     said = repeated(said, entry.repeat, rate)
     if entry.frames is not None:
-        said = _cut(said, entry.frames, rate, where)
+        of_sounds = entry.say is not None or entry.textgrid is not None
+        still = PAUSE.label if of_sounds else ALIASES[PAUSE.label]
+        said = _cut(said, entry.frames, rate, still, where)
     _warn_of_short(said, rate, where)
     if entry.blinks and entry.arkit is None:
         times = np.arange(len(said.weights)) / rate
@@ -114,9 +117,9 @@ def _warn_of_words(text: str, entry: ClipEntry) -> None:
         )  # fmt: skip
 
 
-def _cut(said: Performance, frames: int, rate: float, where: str) -> Performance:
+def _cut(said: Performance, frames: int, rate: float, still: str, where: str) -> Performance:
     """The same with a number of frames; warns of speech that is lost, and the text tells of it."""
-    made = fitted(said, frames, rate)
+    made = fitted(said, frames, rate, still)
     before, after = _sounds(said), _sounds(made)
     lost = f"the last {before - after} of {before} sounds"
     if after < before:
@@ -164,19 +167,25 @@ def repeated(said: Performance, times: int, rate: float) -> Performance:
     )
 
 
-def fitted(said: Performance, frames: int, rate: float) -> Performance:
+def fitted(said: Performance, frames: int, rate: float, still: str) -> Performance:
     """The same cut to a number of frames, or held at its end.
 
-    What begins after the last frame of a cut is left out: none of it is filmed.
+    What begins after the last frame of a cut is left out: none of it is filmed. What was said has
+    ended before frames that are held, so they are a pause, labelled `still`.
     """
     take = np.minimum(np.arange(frames), len(said.weights) - 1)
     length = frames / rate
     last = (frames - 1) / rate + 1e-9 if frames < len(said.weights) else length
     cut = [(a, b, min(c, length)) for a, b, c in said.intervals if b < last]
+    phonemes, held = said.phonemes[:frames], max(frames - len(said.weights), 0)
+    if cut and held:
+        label, start, end = cut[-1]
+        paused = (still, start if label == still else end, length)
+        cut = [*cut[:-1], paused] if label == still else [*cut, paused]
     return replace(
         said,
         weights=said.weights[take],
-        phonemes=tuple(said.phonemes[i] for i in take),
+        phonemes=phonemes + (still if cut else phonemes[-1],) * held,
         intervals=tuple(cut),
         turns=None if said.turns is None else said.turns[take],
     )

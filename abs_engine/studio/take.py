@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import BoolArray, Float32Array, FloatArray
 from abs_engine.core.clock import Clock
 from abs_engine.core.geometry import Pose
-from abs_engine.dataset.codec import OTHER
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.appearance.optics import backdrop, composite
 from abs_engine.studio.geometry import inner_shade, smooth_normals
@@ -219,8 +218,8 @@ class Take:
         return {"vertices": self._camera.distort(points), "normals": normals, **further}
 
     def _covers(self, frame: int, *, mirrored: bool) -> tuple[Cover, ...]:
-        """Objects that may hide landmarks; the shirt, below the chin, never does."""
-        objects = [p for p in self._plan.props if p.present[frame] and p.code != OTHER]
+        """Objects that may hide landmarks."""
+        objects = [p for p in self._plan.props if p.present[frame]]
         placed = [(p, self._placed(p, frame, mirrored=mirrored)) for p in objects]
         return tuple(Cover(d["vertices"], d.get("faces", p.faces)) for p, d in placed if d)
 

@@ -208,6 +208,9 @@ class IdPass:
     then belong to pixel centres by Mesa's drivers; by NVIDIA's, depth is that of the samples,
     which lie beside the centres: surfaces that meet hide each other in the wrong places.
 
+    pyrender leaves out the backs of all facets here; what is double-sided in the picture is so
+    in this pass, too.
+
     Parameters
     ----------
     pyrender : module
@@ -220,22 +223,38 @@ class IdPass:
     def __init__(self, pyrender: Any, inner: Any, programs: Any) -> None:
         self._calls, self._inner = pyrender.renderer, inner
         self._storage = self._calls.glRenderbufferStorageMultisample
+        self._enable, self._draw = self._calls.glEnable, inner._bind_and_draw_primitive
+        self._both_sides = False
         none = {f"_main_{name}": None for name in self._NAMES}
         self._others = {**none, "_main_fb_dims": (None, None), "_program_cache": programs}
+        self._others["_bind_and_draw_primitive"] = self._draw_sides
+        vars(inner)["_bind_and_draw_primitive"] = self._draw
 
     def __enter__(self) -> None:
         self._swap()
         self._calls.glRenderbufferStorageMultisample = self._one_sample
+        self._calls.glEnable = self._enable_sides
 
     def __exit__(self, *_: object) -> None:
         self._calls.glRenderbufferStorageMultisample = self._storage
+        self._calls.glEnable = self._enable
         self._swap()
 
     def _one_sample(self, target: Any, _samples: int, *form: Any) -> None:
         self._storage(target, 0, *form)
 
+    def _draw_sides(self, primitive: Any, *rest: Any, **named: Any) -> None:
+        self._both_sides = primitive.material.doubleSided
+        self._draw(primitive, *rest, **named)
+
+    def _enable_sides(self, what: Any) -> None:
+        if self._both_sides and what == self._calls.GL_CULL_FACE:
+            self._calls.glDisable(what)
+        else:
+            self._enable(what)
+
     def _swap(self) -> None:
-        """Exchange the renderer's framebuffers and programs for those kept here."""
+        """Exchange the renderer's framebuffers, programs and drawing for those kept here."""
         inner = vars(self._inner)
         kept = {name: inner[name] for name in self._others}
         inner.update(self._others)

@@ -479,6 +479,29 @@ def test_speech_sentences_recordings_and_repetition(speaker, tmp_path):
     np.testing.assert_array_equal(held.weights[-1], held.weights[-10])
 
 
+@pytest.mark.parametrize(
+    ("says", "last"),
+    [
+        ("say = 'm a'", ("a", "_")),
+        ("say = 'm a _'", ("a", "_")),
+        ("say = '_ m a'\nrepeat = 2", ("a", "_")),
+        ("sentence = 'm a'\nrepeat = 7", ("a", "rest")),
+    ],
+)
+def test_frames_that_are_held_are_a_pause(speaker, says, last):
+    held = plan(speaker, f"[[clip]]\n{says}\nframes = 100\n")
+    (said, _, end), (label, start, until) = held.intervals[-2:]
+    assert (said, label) == last
+    assert start == end < until == 4.0
+    assert held.phonemes[-1] == label
+    for frame in range(100):
+        near = {
+            name for name, a, b in held.intervals
+            if a - 0.02 <= frame / 25 <= b + 0.02
+        }  # fmt: skip
+        assert held.phonemes[frame] in near, frame
+
+
 def test_speech_that_is_cut_is_told_of(speaker, caplog):
     cut = plan(speaker, "[[clip]]\nname = 'talk'\nsay = '_(0.1) m(0.1) i(0.1) p a _'\nframes = 8\n")
     assert caplog.messages == ["clip 'talk': the last 2 of 4 sounds lie after its last frame"]
@@ -535,6 +558,17 @@ def test_a_view_from_the_side_is_checked_in_all_frames(speaker):
     calm = replace(scene, clip=(ClipEntry(frames=10),))
     made = plan_clip(complete(calm), 0, speaker, Cast(speaker, ()), Path(), "")
     check_view(made, made.views[0])
+
+
+def test_a_head_behind_its_mirror_for_a_moment_is_refused(speaker):
+    keys = (0.0, 2.08, 2.12, 2.16)
+    moved = tuple(HeadKey(t, shift=(260.0 if t == 2.12 else 0.0, 0.0, 0.0)) for t in keys)
+    mirror = MirrorEntry(centre=(190.0, 0.0, 640.0), yaw_degrees=-50.0, size=(260.0, 300.0))
+    camera = CameraEntry(position=(60.0, 30.0, 700.0), target=(60.0, 0.0, 60.0), mirror=mirror)
+    clip = ClipEntry(frames=401, motion=MotionEntry(0.0, keys=moved))
+    scene = SceneFile(rate=25.0, camera=(camera,), clip=(clip,))
+    with pytest.raises(ParameterError, match="behind the mirror"):
+        plan_clip(complete(scene), 0, speaker, Cast(speaker, ()), Path(), "")
 
 
 def keys_of(kind):

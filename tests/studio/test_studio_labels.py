@@ -11,6 +11,7 @@ from scipy import ndimage
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Scene
+from abs_engine.dataset.codec import OTHER
 from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.studio import labels, surface
@@ -255,6 +256,56 @@ def test_what_is_behind_a_mirror_is_not_seen_in_it(speaker):
     assert (behind.mirror_seen == alone.mirror_seen).all()
     assert (behind.ids == alone.ids).all()
     assert not behind.cover.any()
+
+
+SHOULDER = """
+format = "abs_engine.scene"
+version = 1
+[[camera]]
+size = [320, 240]
+position = [430, -380, -120]
+target = [0, -60, 60]
+focal = 450
+[[clip]]
+say = "m a"
+frames = 2
+motion = { amount = 0, keys = [{ time = 0, turn_degrees = [30, 25, 25], shift = [0, -10, 0] }] }
+"""
+"""A head seen from below and behind, whose jaw is behind the shirt."""
+
+
+def test_landmarks_behind_the_shirt_are_hidden(speaker):
+    _, shot = filmed(speaker, SHOULDER)
+    behind = ndimage.minimum_filter((shot.cover == OTHER).astype(np.uint8), 3) > 0
+    column, row = np.rint(shot.pixels).astype(int).T
+    assert behind[row, column].sum() >= 3
+    assert not shot.seen[behind[row, column]].any()
+    assert shot.seen.any()
+
+
+def hits(facet, directions):
+    """Depth (N,) at which rays (N, 3) of z = 1 meet a facet (3, 3), from either side; or inf."""
+    weights = np.linalg.solve(facet.T, directions.T).T
+    return np.where((weights >= 0).all(axis=1), 1 / weights.sum(axis=1), np.inf)
+
+
+def test_what_reaches_behind_the_lens_hides_what_is_behind_the_rest_of_it(speaker, shots):
+    """As a hand that is moved past a worn camera."""
+    plan, out = shots
+    now, camera = out["ideal"][0].direct, plan.views[0].camera
+    vertex = speaker.points["landmark_68"]
+    alone = labels.visible(vertex, now, speaker, camera)
+    rays = now.drawn[vertex] / now.drawn[vertex, 2:]
+    rng, hidden = np.random.default_rng(3), 0
+    for _ in range(200):
+        facet = rng.normal(size=(3, 3)) * [40, 40, 0] + [0, 0, 1] * rng.uniform(-30, 60, (3, 1))
+        depth = hits(facet, rays)
+        before = (depth > camera.near) & (depth < 400)
+        cover = labels.Cover(facet, TRIANGLE)
+        told = labels.visible(vertex, now, speaker, camera, (cover,))
+        assert (told == (alone & ~before)).all(), facet
+        hidden += before.any() and facet[:, 2].min() < camera.near
+    assert hidden > 20
 
 
 def test_flow_takes_points_where_they_are_in_the_next_frame(speaker, shots):

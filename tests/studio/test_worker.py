@@ -31,12 +31,18 @@ stage = worker.Stage({
     "size": np.array([32, 24]), "matrix": np.array([[60.0, 0, 16], [0, 60, 12], [0, 0, 1]]),
     "near": 10.0, "far": 1000.0, "faces": np.array([[0, 2, 1]]), "uv": np.eye(3, 2),
     "texture": np.full((4, 4, 3), 200, np.uint8), "shade": np.ones(3), "roughness": 0.6,
+    "prop0_faces": np.array([[0, 2, 1]]), "prop0_colour": np.ones((3, 3)), "prop0_code": 2,
 })
 lights = np.array([[0, 0, 1, k, 1, 1, 1] for k in range(1, 7)], np.float64)
-drawn = stage.draw({
+given = {
     "vertices": corners, "normals": np.tile(np.float32([0, 0, -1]), (3, 1)),
     "lights": lights, "ambient": np.full(3, 0.2), "flip": False,
-})
+}
+drawn = stage.draw(given)
+prop = {"prop0_vertices": corners * np.float32([0.5, 0.5, 1]), "prop0_normals": given["normals"]}
+prop["prop0_vertices"][:, 2] -= 100
+sides = [stage.draw({**given, **prop, "flip": flip}) for flip in (False, True)]
+seen = [[int((d[name] > 0).sum()) for name in ("ids", "cover")] for d in sides]
 from OpenGL import GL
 inner = stage._renderer._renderer
 stage._renderer._platform.make_current()
@@ -47,7 +53,7 @@ usual = samples()
 with stage._id_pass:
     ids = samples()
 intensities = [node.light.intensity for node in stage._scene.light_nodes]
-print(json.dumps([usual, ids, samples(), intensities, int((drawn["ids"] > 0).sum())]))
+print(json.dumps([usual, ids, samples(), intensities, int((drawn["ids"] > 0).sum()), seen]))
 """
 
 
@@ -74,7 +80,7 @@ def said():
 
 def test_ids_are_drawn_with_one_sample_a_pixel(said):
     """NVIDIA's driver gives ids and depths of the samples, which lie beside pixels' centres."""
-    usual, ids, usual_again, _, covered = said
+    usual, ids, usual_again, _, covered, _ = said
     assert usual == usual_again > 0
     assert ids == 0
     assert covered > 20
@@ -82,3 +88,11 @@ def test_ids_are_drawn_with_one_sample_a_pixel(said):
 
 def test_lamps_are_summed_in_their_order(said):
     assert said[3] == [1, 2, 3, 4, 5, 6]
+
+
+def test_props_are_labelled_from_both_sides_as_the_picture_shows_them(said):
+    """The head is not: the backs of its facets are neither drawn nor labelled."""
+    front, back = said[5]
+    assert front[1] == back[1] > 5
+    assert front[0] > 5
+    assert back[0] == 0
