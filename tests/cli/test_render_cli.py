@@ -269,6 +269,8 @@ def test_numbers_that_make_no_sense(fails, place):
     run, data = place / "run", place / "data"
     assert "no frame 9" in fails("ids", run, "--frame", 9)
     assert "no frame -1" in fails("depth", "--truth", data, "--frame", -1)
+    last = len(frames()) - 1
+    assert f"no flow is known from frame {last}" in fails("flow", "--truth", data, "--frame", last)
     assert "was not found in frame 1" in fails("error", run, "--truth", data, "--frame", 1)
     assert "NaN" in fails("--unit", "jawOpen=nan")
     assert "NaN" in fails("--turn", "nan")

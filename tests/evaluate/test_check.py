@@ -470,6 +470,31 @@ def test_light_that_changes_and_a_mirror_do_not_put_a_video_out_of_step(tmp_path
     assert "does not look like its labels" in said.what
 
 
+@pytest.fixture
+def watching(front):
+    """A true view, its pictures, and its label frames that are held against them."""
+    truth = load_view(load_clip(front / "talk"), front / "talk" / "front")
+    pictures = dict(enumerate(frame.copy() for frame in read_frames(truth.video)))
+    return truth, pictures, [look(truth, frame) for frame in range(1, FRAMES - 1)]
+
+
+@pytest.mark.parametrize("lit", [0, FRAMES - 1])
+def test_darkness_does_not_put_a_video_out_of_step(watching, lit):
+    truth, pictures, sights = watching
+    rng = np.random.default_rng(2)
+    dark = {k: rng.integers(0, 2, shown.shape, np.uint8) for k, shown in pictures.items()}
+    seen = {**dark, lit: pictures[lit]}
+    assert list(time_findings(truth, sights, seen, "video")) == []
+
+
+@pytest.mark.parametrize("flash", [1, FRAMES - 2])
+def test_highlights_in_one_frame_do_not_put_a_video_out_of_step(watching, flash):
+    truth, pictures, sights = watching
+    x, y = sights[flash - 1].x[::3], sights[flash - 1].y[::3]
+    pictures[flash][y, x] = 255
+    assert list(time_findings(truth, sights, pictures, "video")) == []
+
+
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_planted_fault_is_found(planted, fault):
     plant, words = FAULTS[fault]

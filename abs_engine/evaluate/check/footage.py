@@ -4,12 +4,14 @@ A head under steady light is, pixel by pixel, close to a linear function of its 
 albedo times its normals (light of the first order of spherical harmonics: Basri & Jacobs 2003).
 That function is fitted to the frame that a label is of, and to its neighbours. The frame that fits
 best must be the label's own. A frame fits as well as the share of its own variance that is
-explained, so that a change of exposure or light from frame to frame does not count.
+explained, so that a change of exposure or light from frame to frame does not count. It must fit
+better in half of the frames that are looked at: a highlight that comes or goes is in few of them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -37,6 +39,9 @@ EXPLAINED = 0.2
 
 LOSS = 14.0
 """Mean grey levels by which compression may change a picture."""
+
+UNIFORM = 2.0
+"""Standard deviation, grey levels, of a head that shows nothing, as in the dark."""
 
 PIXELS = 300
 """A head of fewer pixels says nothing about a picture."""
@@ -95,28 +100,61 @@ def _loss_findings(
 def time_findings(
     truth: Truth, sights: list[Sight], kept: dict[int, NDArray[np.uint8]], name: str
 ) -> Iterator[Finding]:
-    """Labels that fit a neighbouring frame better than their own, or none."""
-    left, total, counted = dict.fromkeys(LAGS, 0.0), dict.fromkeys(LAGS, 0.0), 0
-    for sight in sights:
-        if len(sight) < PIXELS or any(sight.frame + lag not in kept for lag in LAGS):
-            continue
-        counted += 1
-        model, near = features(truth, sight)
-        for lag in LAGS:
-            levels = kept[sight.frame + lag].mean(axis=2)[near]
-            left[lag] += unexplained(model, levels)
-            total[lag] += float(((levels - levels.mean()) ** 2).sum())
-    if not counted:
+    """Labels that fit a neighbouring frame better than their own, or none.
+
+    Frames that show nothing, and those beside them, do not count, unless no frame shows anything.
+    """
+    measured = [_fit(truth, sight, kept) for sight in sights if len(sight) >= PIXELS]
+    fits = [fit for fit in measured if fit is not None]
+    if any(fit.shows.any() for fit in fits):
+        fits = [fit for fit in fits if fit.shows.all()]
+    if not fits:
         return
-    missed = {lag: left[lag] / total[lag] if total[lag] else 1.0 for lag in LAGS}
-    best = min(missed, key=lambda lag: missed[lag])
-    explained = {lag: 1 - share for lag, share in missed.items()}
-    if missed[best] < BETTER * missed[0] and explained[best] >= EXPLAINED:
-        how = f"labels fit the frame {best:+d} away better, {explained[best]:.1%} against "
-        yield Finding(name, "is not in step with the labels", how + f"{explained[0]:.1%}")
-    elif explained[0] < EXPLAINED:
-        how = f"they explain {explained[0]:.0%} of it"
+    left, total = np.sum([f.left for f in fits], axis=0), np.sum([f.total for f in fits], axis=0)
+    missed = _share(left, total)
+    best, own = int(missed.argmin()), LAGS.index(0)
+    better = [_share(f.left, f.total) for f in fits]
+    most = sum(share[best] < share[own] for share in better) >= len(fits) / 2
+    explained = 1 - missed
+    if missed[best] < BETTER * missed[own] and explained[best] >= EXPLAINED and most:
+        how = f"labels fit the frame {LAGS[best]:+d} away better, {explained[best]:.1%} against "
+        yield Finding(name, "is not in step with the labels", how + f"{explained[own]:.1%}")
+    elif explained[own] < EXPLAINED:
+        how = f"they explain {explained[own]:.0%} of it"
         yield Finding(name, "does not look like its labels", how)
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """Labels of a frame against the pictures of the frames at `LAGS` from it.
+
+    Parameters
+    ----------
+    left, total : (3,) float64
+        Sum of squares that is not explained, and of all.
+    shows : (3,) bool
+        Whether anything is seen in each picture.
+    """
+
+    left: FloatArray
+    total: FloatArray
+    shows: BoolArray
+
+
+def _fit(truth: Truth, sight: Sight, kept: dict[int, NDArray[np.uint8]]) -> _Fit | None:
+    """The fit of a frame's labels, or None where the video lacks a frame."""
+    if any(sight.frame + lag not in kept for lag in LAGS):
+        return None
+    model, near = features(truth, sight)
+    levels = np.stack([kept[sight.frame + lag].mean(axis=2)[near] for lag in LAGS])
+    left = np.array([unexplained(model, shown) for shown in levels])
+    total = ((levels - levels.mean(axis=1, keepdims=True)) ** 2).sum(axis=1)
+    return _Fit(left, total, levels.std(axis=1) >= UNIFORM)
+
+
+def _share(left: FloatArray, total: FloatArray) -> FloatArray:
+    """Share of the squares that is left; all of it where there are none."""
+    return np.divide(left, total, out=np.ones(len(LAGS)), where=total > 0)
 
 
 def features(truth: Truth, sight: Sight) -> tuple[FloatArray, BoolArray]:

@@ -33,6 +33,10 @@ def draw_label(
     kind, speaker = request.kind, load_speaker(request.speaker)
     source = _label_source(request, speaker, renderer, film)
     chosen = [checked_frame(request.frame, source.count)] if request.frame is not None else None
+    if kind == "flow" and chosen == [source.count - 1]:
+        raise ParameterError(
+            f"no flow is known from frame {source.count - 1}, the last", "give a frame before it"
+        )
     sampled = chosen or evenly(source.count, _SAMPLED if film else SHEET_TILES)
     painter = LabelPainter(kind, speaker, _limits(request, source, sampled))
 
