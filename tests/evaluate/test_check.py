@@ -28,6 +28,7 @@ from abs_engine.evaluate.check import Finding, check_dataset
 from abs_engine.evaluate.check.finding import merged
 from abs_engine.evaluate.check.footage import time_findings, watched
 from abs_engine.evaluate.check.ids import shift
+from abs_engine.evaluate.check.marks import certain, mark_classes
 from abs_engine.evaluate.check.motion import length_findings, vector_findings
 from abs_engine.evaluate.check.speech import contact_findings
 from abs_engine.evaluate.check.visibility import look
@@ -476,6 +477,19 @@ def watching(front):
     truth = load_view(load_clip(front / "talk"), front / "talk" / "front")
     pictures = dict(enumerate(frame.copy() for frame in read_frames(truth.video)))
     return truth, pictures, [look(truth, frame) for frame in range(1, FRAMES - 1)]
+
+
+def test_what_is_a_little_nearer_hides_for_certain_unless_it_is_steep(watching):
+    """A silhouette may pass between a landmark and the centres of the pixels around it."""
+    truth, _, sights = watching
+    classes = mark_classes(truth)
+    seen, beyond = certain(truth, sights[0], classes)
+    assert seen.sum() > 10
+    nearer = replace(sights[0], depth=sights[0].depth - 10)
+    level, steep = (replace(nearer, slope=np.full(len(nearer), by)) for by in (0.0, 15.0))
+    assert (certain(truth, level, classes)[1] & seen).sum() > 10
+    assert not (certain(truth, steep, classes)[1] & seen).any()
+    assert (certain(truth, steep, classes)[1] >= beyond).all()
 
 
 @pytest.mark.parametrize("lit", [0, FRAMES - 1])

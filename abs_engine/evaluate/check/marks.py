@@ -119,8 +119,9 @@ def certain(
 
     What is seen shows a facet of its own, with nothing around it that is clearly nearer or of
     another class: where lips touch, each lies before the other by less than this can tell. What
-    is hidden is outside of the picture, or has something clearly nearer all around it. In a mirror,
-    what is seen lies in it, and what lies well outside of it is hidden.
+    is hidden is outside of the picture, or has something clearly nearer all around it, even a pixel
+    further down its slope. In a mirror, what is seen lies in it, and what lies well outside of it
+    is hidden.
     """
     vertex = truth.landmarks["landmark_68"]
     points = truth.pose(sight.frame).apply(truth.vertices(sight.frame)[vertex].astype(np.float64))
@@ -132,7 +133,10 @@ def certain(
     nearest = drawn.copy()
     if mirror is not None:
         nearest[sight.y, sight.x] = sight.depth  # the head itself stands before its image
-    nearest[truth.cover(sight.frame) > 0] = -np.inf
+    deepest = nearest.copy()
+    deepest[sight.y, sight.x] += sight.slope
+    for edge in (nearest, deepest):
+        edge[truth.cover(sight.frame) > 0] = -np.inf
     kinds = truth.class_ids(sight.frame)
     seen, hidden = np.zeros(68, np.bool_), np.zeros(68, np.bool_)
     for i, (pixel, z) in enumerate(zip(pixels, depth, strict=True)):
@@ -142,7 +146,7 @@ def certain(
         x, y = (int(v) for v in np.clip(np.rint(pixel), 0, (width - 1, height - 1)))
         around = slice(max(y - 1, 0), y + 2), slice(max(x - 1, 0), x + 2)
         looks = _looks(truth, mirror, *around)
-        hidden[i] = bool((nearest[around] < z - JUMP).all()) or not looks.any()
+        hidden[i] = bool((deepest[around] < z - JUMP).all()) or not looks.any()
         if np.isfinite(drawn[y, x]) and looks.all() and (nearest[around] > z - JUMP).all():
             own = truth.weld[truth.faces[sight.ids[y, x] - 1]] == truth.weld[vertex[i]]
             seen[i] = bool(own.any() and classes[i, kinds[around]].all())
