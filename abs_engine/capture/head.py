@@ -17,6 +17,7 @@ from abs_engine.capture.headframe import (
     reference_of,
     rigid_motion,
 )
+from abs_engine.capture.recorded import refuse_turn
 from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError, TooFewPointsError
@@ -201,14 +202,8 @@ def read_head_poses(path: Path, frames: int) -> HeadMotion:
             f"give frames 0 to {frames - 1}",
         )
     out[~np.isfinite(out).all(axis=1)] = np.nan
-    turns = np.linalg.norm(out[:, :3], axis=1)
-    if np.any(turns > 2 * np.pi):
-        frame = int((turns > 2 * np.pi).argmax())
-        raise InputFileError(
-            f"{path} turns the head by {turns[frame]:.0f} radians in frame {frame}, more than a "
-            "full turn",
-            "give rotation vectors in radians, not degrees",
-        )
+    for frame, vector in enumerate(out[:, :3]):
+        refuse_turn(f"{path}, frame {frame}", vector)
     return HeadMotion(out[:, :3], out[:, 3:], np.where(np.isnan(out[:, 0]), np.nan, 0.0))
 
 

@@ -87,3 +87,13 @@ def without_zeros(points: FloatArray, say: Callable[[str], None] | None = None) 
     if say is not None and lost.any():
         say(f"{counted(int(lost.sum()), 'position')} at exactly 0, 0, 0 treated as missing")
     return np.where(lost[..., None], np.nan, points)
+
+
+def refuse_turn(where: str, vector: FloatArray) -> None:
+    """Raise `InputFileError` if a head's rotation vector (3,) is more than a full turn."""
+    turn = float(np.linalg.norm(vector))
+    if turn > 2 * np.pi:
+        raise InputFileError(
+            f"{where}: the head is turned by {turn:.0f} radians, more than a full turn",
+            "give rotation vectors in radians, not degrees",
+        )

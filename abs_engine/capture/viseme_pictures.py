@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from abs_engine.capture.recorded import refuse_turn
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import POSE_NAMES
@@ -48,10 +49,10 @@ def read_viseme_pictures(path: Path, visemes: Collection[str]) -> tuple[VisemePi
     Raises
     ------
     InputFileError
-        If it cannot be read, lacks a column or has no lines, or names a picture that is not there.
+        If it cannot be read, lacks a column or has no lines, names a picture that is not there, or
+        turns a head by more than a full turn.
     ParameterError
-        If it names a viseme that the corpus does not have, or a part of a pose, or turns a head by
-        more than a full turn.
+        If it names a viseme that the corpus does not have, or a part of a pose.
     """
     table = read_table(path)
     table.require(("picture", "viseme"), HELP)
@@ -73,12 +74,7 @@ def read_viseme_pictures(path: Path, visemes: Collection[str]) -> tuple[VisemePi
         there = np.isfinite(row)
         if there.any() and not there.all():
             raise ParameterError(f"{where}: a part of the pose is missing", "give all, or none")
-        turn = float(np.linalg.norm(row[:3]))
-        if turn > 2 * np.pi:
-            raise ParameterError(
-                f"{where}: the head is turned by {turn:.0f} radians, more than a full turn",
-                "give a rotation vector in radians, not degrees",
-            )
+        refuse_turn(where, row[:3])
         known = placed and bool(there.all())
         pose = Pose.from_vectors(row[:3], row[3:]) if known else None
         out.append(VisemePicture(picture, viseme, pose))

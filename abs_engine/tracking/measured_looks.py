@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -141,10 +142,11 @@ def _sighting(
     shape, speaker = made.shape, made.head.speaker
     alpha = built.alpha[built.corpus.visemes.index(picture.viseme)]
     vertices = shape.scene.vertices(alpha)
-    if picture.pose is not None:  # of the points' frame
-        own, frame = picture.pose, shape.frame
-        pose = Pose(own.rotation @ frame.rotation, own.apply(frame.translation[None])[0])
-        check_pose(pose, image, vertices, speaker, places, camera, picture.path)
-    else:
-        pose = pose_by_landmarks(image, vertices, speaker, places, camera, picture.path)
+    estimated = partial(pose_by_landmarks, image, vertices, speaker, places, camera, picture.path)
+    if picture.pose is None:
+        return Sighting(image, vertices, estimated(), alpha)
+    own, frame = picture.pose, shape.frame  # of the points
+    pose = Pose(own.rotation @ frame.rotation, own.apply(frame.translation[None])[0])
+    face = np.asarray(vertices, np.float64)[speaker.points["face"]]
+    check_pose(pose, face, camera, picture.path, estimated)
     return Sighting(image, vertices, pose, alpha)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import POSE
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import FaceNotFoundError, ParameterError
@@ -70,35 +72,26 @@ def pose_by_landmarks(
 
 
 def check_pose(
-    pose: Pose,
-    image: NDArray[np.uint8],
-    vertices: NDArray[np.floating],
-    speaker: Speaker,
-    correspondence: Correspondence,
-    camera: Camera,
-    path: Path,
+    pose: Pose, face: FloatArray, camera: Camera, path: Path, estimated: Callable[[], Pose]
 ) -> None:
-    """Refuse a pose that was given of a head, where the picture shows the head elsewhere.
+    """Refuse a pose that was given of a face (V, 3), mm, where a picture shows the face elsewhere.
 
-    Parameters are those of `pose_by_landmarks`. A picture in which landmarks are not found only
-    has to have the face in it.
+    A picture of which no pose can be `estimated`, as no face is found, only has to have it in view.
 
     Raises
     ------
     ParameterError
         If the face lies outside of the picture, or far from where landmarks have it.
     """
-    face = np.asarray(vertices, np.float64)[speaker.points["face"]]
     there, size = pose.apply(face), np.array(camera.size)
     ahead = there[:, 2] >= GENERAL.nearest
     at = camera.project(there[ahead])
     if 2 * ((at >= 0) & (at < size)).all(axis=1).sum() < len(face):
         raise ParameterError(f"by its pose, the face is not in {path}", _POSE)
     try:
-        found = pose_by_landmarks(image, vertices, speaker, correspondence, camera, path)
+        seen = estimated().apply(face)
     except FaceNotFoundError:
         return
-    seen = found.apply(face)
     focal = camera.matrix[[0, 1], [0, 1]]
     off = (camera.project(there) - camera.project(seen)) * seen[:, 2].mean() / focal
     away = float(np.sqrt((off**2).sum(axis=1).mean()))

@@ -187,7 +187,7 @@ def test_numbers_with_decimal_commas_are_not_read_as_others(files, capsys):
 def test_a_pose_in_degrees_is_named(files, capsys):
     files.write_pose(turn=np.degrees(1.0))
     said = files.refused(capsys)
-    assert "turns the head by 180 radians in frame 0" in said
+    assert "frame 0: the head is turned by 180 radians, more than a full turn" in said
     assert "not degrees" in said
 
 

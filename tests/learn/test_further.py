@@ -227,7 +227,8 @@ def test_the_physics_of_a_run_that_states_its_rest_is_not_asked_for(tmp_path: Pa
     told = json.loads((run / "run.json").read_text())
     told["settings"] |= {"physics": "lost.npz"}
     (run / "run.json").write_text(json.dumps(told))
-    load_lip_run(run, SPEAKER, lips().model.shell)
+    found = load_lip_run(run, SPEAKER, lips().model.shell)
+    np.testing.assert_array_equal(found.rest, SPEAKER.named("clara"))
 
 
 def test_the_rest_of_an_early_run_tracked_with_physics_is_without_its_mean(tmp_path: Path):
