@@ -23,6 +23,7 @@ from abs_engine.tracking.frame_state import HeadFrame
 from abs_engine.tracking.settings.blobs import BLOB_START
 
 COVERED, OUTSIDE = "mouth covered", "mouth outside of the picture"
+DARK = "face too dark"
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from abs_engine.core.arrays import Image
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.words import counted
 from abs_engine.tracking.face_detection import Face, faces_about
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.landmarks import Landmarks, landmarks_again, landmarks_of
 from abs_engine.tracking.settings.detection import DETECTION
-from abs_engine.tracking.shot_cuts import ShotCuts, cut_line
+from abs_engine.tracking.shot_cuts import ShotCuts, anew_line, cut_line
 from abs_engine.tracking.turned_faces import faces_any_way_up, faces_turned
 
 FOLLOWS = "'track --face N' follows another"
@@ -118,9 +118,11 @@ class FaceFollower:
     found : list of Landmarks or None
         What was found in the first frames, as many as a first look at a clip may take.
     cut : bool
-        Whether the last frame began another shot.
+        Whether the last frame began another shot, or may show another person.
     cuts : list of int
-        All frames that did, counted from 0.
+        All frames that began another shot, counted from 0.
+    anew : list of int
+        Frames that show, after a while without any, a face elsewhere.
     """
 
     def __init__(
@@ -135,6 +137,7 @@ class FaceFollower:
         self._anywhere = self.cut = False
         self._shots = ShotCuts()
         self.cuts: list[int] = []
+        self.anew: list[int] = []
         self.found: list[Landmarks | None] = []
         self.faces: list[Face] = [*faces]
 
@@ -146,6 +149,9 @@ class FaceFollower:
             self._anywhere, self._steady = True, 0
         again = self._count < len(self._known)
         found = self._known[self._count] if again else self._next(image)
+        if not self.cut and self._elsewhere(found):
+            self.cut = True
+            self.anew.append(self._count)
         self._count += 1
         if len(self.found) < DETECTION.faces_kept:
             self.found.append(found)
@@ -171,7 +177,8 @@ class FaceFollower:
     def remarks(self) -> str:
         """Lines about several faces, and about cuts; empty without either."""
         several = [face_lines(self.faces, self._choice.number or 1)] if len(self.faces) > 1 else []
-        return "\n".join(several + ([cut_line(self.cuts)] if self.cuts else []))
+        shots = [cut_line(self.cuts)] if self.cuts else []
+        return "\n".join(several + shots + ([anew_line(self.anew)] if self.anew else []))
 
     def _again(self, image: Image, last: Landmarks) -> Landmarks | None:
         """The face near where it was; after a cut, or a while without it, else the largest one."""
@@ -185,16 +192,23 @@ class FaceFollower:
                 return found
         return None
 
+    def _elsewhere(self, found: Landmarks | None) -> bool:
+        """Whether a face that is found after a while without any may be another person's."""
+        if found is None or self._last is None or self._anywhere:
+            return False
+        long = self._lost > DETECTION.patience
+        return long and self._away(found.pixels.mean(axis=0), found.size, self._last) is None
+
     def _near(self, faces: Sequence[Face], last: Landmarks) -> list[Face]:
         """Those that may be the face that was last seen, the nearest first."""
-        centre, size = last.pixels.mean(axis=0), last.size
+        away = [(self._away(f.centre, DETECTION.of_box * f.size, last), f) for f in faces]
+        near = [(pixels, f) for pixels, f in away if pixels is not None]
+        return [f for _, f in sorted(near, key=lambda one: one[0])]
+
+    def _away(self, centre: FloatArray, size: float, last: Landmarks) -> float | None:
+        """Distance, px, of a face from where it was last seen; None if it is another one."""
         slack = 1 + DETECTION.widening * min(self._lost, DETECTION.patience)
-        reach = DETECTION.apart * size * slack
+        away = float(np.linalg.norm(centre - last.pixels.mean(axis=0)))
         ratio = min(DETECTION.size_ratio**slack, DETECTION.most_size_ratio)
-        near = [
-            f
-            for f in faces
-            if np.linalg.norm(f.centre - centre) < reach
-            and size / ratio < DETECTION.of_box * f.size < size * ratio
-        ]
-        return sorted(near, key=lambda f: float(np.linalg.norm(f.centre - centre)))
+        alike = last.size / ratio < size < last.size * ratio
+        return away if alike and away < DETECTION.apart * last.size * slack else None

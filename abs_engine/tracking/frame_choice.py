@@ -16,6 +16,7 @@ from abs_engine.tracking.mouth_search import CalibrationFrame
 from abs_engine.tracking.settings.preparation import PREPARATION
 
 Seen = TypeVar("Seen")
+Sighted = tuple[Image, Landmarks]
 
 
 def choose_frames(
@@ -53,6 +54,15 @@ def turned_apart(seen: Sequence[Landmarks], count: int) -> list[int]:
         away[picked] = -1.0
         picked.append(int(np.argmax(away)))
     return sorted(picked)
+
+
+def frames_to_learn(seen: Sequence[Sighted]) -> tuple[list[Sighted], list[Sighted]]:
+    """Of the frames that show a face, those to learn its mouth from, and those for its head.
+
+    The first are spread over how open the mouth is, the others over how the head is turned.
+    """
+    chosen = [seen[k] for k in spread_over(np.array([marks.openness for _, marks in seen]))]
+    return chosen, [seen[k] for k in turned_apart([marks for _, marks in seen], len(chosen))]
 
 
 def candidate_frames(

@@ -61,6 +61,8 @@ class HeadFrame(NamedTuple):
         Whether it begins another shot; False where cuts are not looked for.
     grey : bool
         Whether it has no colour, while the clip has.
+    dark : bool
+        Whether it is too dark to say anything of the lips, while others are not.
     """
 
     image: Image
@@ -71,6 +73,7 @@ class HeadFrame(NamedTuple):
     terms: Mapping[str, Term] | None = None
     cut: bool = False
     grey: bool = False
+    dark: bool = False
 
     @property
     def in_usual_light(self) -> Image:

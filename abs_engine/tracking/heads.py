@@ -30,7 +30,7 @@ from abs_engine.tracking.expected_person import anybody
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size
 from abs_engine.tracking.first_look import follower_of
-from abs_engine.tracking.frame_choice import candidate_frames, spread_over, turned_apart
+from abs_engine.tracking.frame_choice import candidate_frames, frames_to_learn
 from abs_engine.tracking.given_head import GivenHead
 from abs_engine.tracking.head_fit import AverageHead
 from abs_engine.tracking.head_frame import HeadBinder
@@ -203,11 +203,10 @@ def by_landmarks(
         numbered = candidate_frames(_numbered(clip, follower), str(clip.video))
     seen = [(image, marks) for image, (_, marks) in numbered]
     grey = grey_below([(image, marks.pixels) for image, marks in seen])
-    chosen = [seen[k] for k in spread_over(np.array([marks.openness for _, marks in seen]))]
-    turned = [seen[k] for k in turned_apart([marks for _, marks in seen], len(chosen))]
+    chosen, turned = frames_to_learn(seen)
     tell("fitting the head")
     fitted = fit_person(
-        average.result(), chosen, clip.camera, renderer, clip.colours, tell, turned, grey
+        average.result(), chosen, clip.camera, renderer, clip.colours, tell, turned, grey, seen
     )
     face = None
     if SHADED in leaves.kinds:

@@ -81,8 +81,13 @@ class LandmarkFollower:
             return HeadFrame(image, given, cut=cut)
         lit = None if motion.light is None else motion.light.balanced(image, seen)
         face = SeenFace(seen, self._last)
-        grey = is_grey(image, seen.pixels, motion.grey_below)
-        return HeadFrame(image, self._last.pose, face, balanced=lit, cut=cut, grey=grey)
+        frame = HeadFrame(image, self._last.pose, face, balanced=lit, cut=cut)
+        if not is_grey(image, seen.pixels, motion.grey_below):
+            return frame
+        if motion.light is None:
+            return frame._replace(grey=True)
+        dark = motion.light.too_dark(image, seen)
+        return frame._replace(grey=dark or not motion.light.same_hue(image, seen), dark=dark)
 
     def _placed(
         self, image: Image, seen: Landmarks, last: FrameLandmarks | None, given: Pose | None

@@ -45,6 +45,17 @@ class SkinLight:
         away = _median(_cheeks(image, landmarks) - self.cheeks)
         return np.clip(np.nan_to_num(away), -_MOST, _MOST)
 
+    def same_hue(self, image: Image, landmarks: Landmarks) -> bool:
+        """Whether the skin has its usual hue in a frame, as far as its light says so."""
+        change = self.change(image, landmarks)
+        return bool(np.ptp(change) < FRAME_LOOP.light_hue and np.abs(change).max() < _MOST)
+
+    def too_dark(self, image: Image, landmarks: Landmarks) -> bool:
+        """Whether next to nothing is seen of the face, as where the film fades, unlike usually."""
+        now, usual = _median(_cheeks(image, landmarks)), _median(self.cheeks)
+        darkest = np.log(FRAME_LOOP.light_dark + FRAME_LOOP.light_black)
+        return bool(now.max() < darkest and (now - usual).max() < -_MOST)
+
     def balanced(self, image: Image, landmarks: Landmarks) -> Image:
         """A frame (H, W, 3) RGB in the usual light; itself where that has hardly changed."""
         change, none = self.change(image, landmarks), FRAME_LOOP.light_none

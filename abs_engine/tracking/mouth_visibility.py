@@ -22,7 +22,7 @@ from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES
 from abs_engine.face.settings.colour import COLOURS
-from abs_engine.tracking.blob_visibility import COVERED, OUTSIDE
+from abs_engine.tracking.blob_visibility import COVERED, DARK, OUTSIDE
 from abs_engine.tracking.cut_faces import MouthInPicture
 from abs_engine.tracking.frame_state import HeadFrame
 from abs_engine.tracking.landmarks import OUTER_RING, Landmarks
@@ -78,8 +78,9 @@ class MouthLook:
         """The usual look of a clip: lower quartiles over some frames; None if none shows the mouth.
 
         Lips that nearly have the skin's colour look like a mouth where they part, less where they
-        meet. Where lower quartiles with less skin around the mouth would count as hidden beside the
-        medians, something hides it in more than a quarter of the frames: the medians are usual.
+        meet. Where lower quartiles with less skin around the mouth, or that hardly look like it,
+        would count as hidden beside the medians, something hides it in more than a quarter of the
+        frames: the medians are usual.
         """
         each = [(look.inside, look.around, look.lips) for look in looks if look is not None]
         if not each:
@@ -87,13 +88,18 @@ class MouthLook:
         shares = FRAME_LOOP.usual_look, 0.5
         lower, median = (cls(*map(float, q)) for q in np.quantile(each, shares, axis=0))
         less_skin = lower.around < FRAME_LOOP.usual_around * median.around
-        return median if less_skin and median.hidden(lower) else lower
+        unlike = lower.likeness < FRAME_LOOP.usual_like * median.likeness
+        return median if (less_skin or unlike) and median.hidden(lower) else lower
+
+    @property
+    def likeness(self) -> float:
+        """How much it looks like a mouth in skin, 0 to 1."""
+        return self.inside * self.around
 
     def hidden(self, now: MouthLook) -> bool:
         """Whether something is before the mouth, where this look is usual."""
-        usual = self.inside * self.around
         return (
-            now.inside * now.around < FRAME_LOOP.least_like * usual
+            now.likeness < FRAME_LOOP.least_like * self.likeness
             or now.lips < FRAME_LOOP.least_lips * self.lips
         )
 
@@ -131,6 +137,8 @@ class ByLook:
         seen, fit = frame.face.landmarks, frame.face.fit
         if self.place is not None and not self.place.whole(seen, fit):
             return OUTSIDE
+        if frame.dark:
+            return DARK
         if self.usual is None or frame.grey:
             return ""
         look = MouthLook.of(self.classes, frame.in_usual_light, seen)

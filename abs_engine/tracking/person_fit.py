@@ -22,6 +22,7 @@ from abs_engine.face.held_head import held_head
 from abs_engine.fit.shading import with_shading
 from abs_engine.tracking.blob_start import learning
 from abs_engine.tracking.cut_faces import MouthInPicture
+from abs_engine.tracking.frame_choice import frames_to_learn
 from abs_engine.tracking.head_fit import AverageHead, seen_in
 from abs_engine.tracking.head_pose import TexturedHead
 from abs_engine.tracking.landmark_calibration import (
@@ -98,7 +99,9 @@ class FittedPerson:
         """Whether a frame shows the mouth; of a clip without a usual look, each does it whole."""
         if not self.place.whole(seen):
             return False
-        if self.look is None or is_grey(image, seen.pixels, self.grey_below):
+        if self.look is None:
+            return True
+        if is_grey(image, seen.pixels, self.grey_below) and not self.light.same_hue(image, seen):
             return True
         now = MouthLook.of(self.classes, self.light.balanced(image, seen), seen)
         return now is not None and not self.look.hidden(now)
@@ -138,11 +141,13 @@ def fit_person(
     tell: Callable[[str], None],
     turned: Sequence[tuple[Image, Landmarks]] | None = None,
     grey_below: float = 0.0,
+    others: Sequence[tuple[Image, Landmarks]] = (),
 ) -> FittedPerson:
     """Fit the whole head, the mouth and the colours to frames of one camera that show one person.
 
-    Once more without those in which the mouth is hidden, if there are any. The head is fitted to
-    the frames `turned`, by default to the `chosen` ones, too. Given `colours` are not learned.
+    Again without those in which the mouth is hidden, if there are any: frames are then chosen anew
+    among `others`, where there are some. The head is fitted to the frames `turned`, by default to
+    the `chosen` ones, too. Given `colours` are not learned.
     `tell` is called with what is begun, in a few words. A frame whose face has a spread of chroma
     below `grey_below` has no colour, and nothing hides its mouth.
 
@@ -152,14 +157,20 @@ def fit_person(
         If the mouth lies outside of the picture in all of them.
     """
     given = camera, renderer, colours, tell, grey_below
-    fitted = _fitted(average, chosen, turned or chosen, *given)
-    shown = [frame for frame in chosen if fitted.shows(*frame)]
-    facing = [frame for frame in turned or () if fitted.shows(*frame)]
-    hidden = len(chosen) + len(turned or ()) - len(shown) - len(facing)
-    if not hidden or len(shown) < PREPARATION.least_shown:
-        return fitted
-    several = facing if len(facing) >= PREPARATION.least_shown else shown
-    return _fitted(average, shown, several, *given)
+    turned = turned or chosen
+    fitted = _fitted(average, chosen, turned, *given)
+    for _ in range(PREPARATION.hidden_rounds):
+        hidden = [one for one in (*chosen, *turned) if not fitted.shows(*one)]
+        shown = [one for one in others or chosen if fitted.shows(*one)]
+        if not hidden or len(shown) < PREPARATION.least_shown:
+            break
+        facing = [one for one in turned if fitted.shows(*one)]
+        if others:
+            chosen, turned = frames_to_learn(shown)
+        else:
+            chosen, turned = shown, facing if len(facing) >= PREPARATION.least_shown else shown
+        fitted = _fitted(average, chosen, turned, *given)
+    return fitted
 
 
 def _fitted(

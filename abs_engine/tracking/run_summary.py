@@ -25,7 +25,8 @@ from abs_engine.tracking.run_warnings import (
     untimed,
     without_colour,
 )
-from abs_engine.tracking.shot_cuts import cut_line
+from abs_engine.tracking.settings.detection import DETECTION
+from abs_engine.tracking.shot_cuts import anew_line, cut_line
 
 
 def _with_gaps(index: NDArray[np.int_]) -> bool:
@@ -47,7 +48,7 @@ def summary(
     worn = OPENING in arrays["term_names"]
     near = [] if worn else close_up(_pixel(arrays), setting.camera.size)
     landmarks = _by_landmarks(arrays, face, bool(small))
-    shots = [cut_line(cuts)] if cuts else []
+    shots = _shots(arrays)
     score = _mean_score(arrays["score"][found])
     source = _score_of(arrays["term_names"].tolist(), face.name)
     little = little_explained(source.get("score_of", "colour"), score)
@@ -72,6 +73,17 @@ def summary(
         "cuts": cuts,
         "warnings": warnings,
     }
+
+
+def _shots(arrays: Mapping[str, NDArray[Any]]) -> list[str]:
+    """Lines about frames that begin another shot, or may show another person."""
+    index, seen = arrays["index"], np.isfinite(arrays["translation"][:, 2])
+    begun = np.flatnonzero(arrays["cut"])
+    long = DETECTION.patience + 1
+    after = [bool(k >= long and seen[k] and not seen[k - long : k].any()) for k in begun]
+    anew = [int(index[k]) for k, gone in zip(begun, after, strict=True) if gone]
+    cuts = [int(index[k]) for k, gone in zip(begun, after, strict=True) if not gone]
+    return [*([cut_line(cuts)] if cuts else []), *([anew_line(anew)] if anew else [])]
 
 
 def _mean_score(scores: NDArray[np.float64]) -> float | None:

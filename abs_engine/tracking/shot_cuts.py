@@ -32,11 +32,25 @@ class ShotCuts:
 
 def cut_line(frames: Sequence[int]) -> str:
     """Line about the frames that begin other shots."""
-    shown = ", ".join(str(k) for k in frames[:5]) + (", ..." if len(frames) > 5 else "")
     return (
-        f"the film is cut before frame{'s' if len(frames) > 1 else ''} {shown}: one person is "
-        "assumed in all shots; if there are several people, track each shot separately"
+        f"the film is cut before {_numbered(frames)}: one person is assumed in all shots; if there "
+        "are several people, track each shot separately"
     )
+
+
+def anew_line(frames: Sequence[int]) -> str:
+    """Line about the frames from which on another face may be followed."""
+    return (
+        f"after a while without the face another one, or the same elsewhere, is followed from "
+        f"{_numbered(frames)} on: one person is assumed; if there are several people, track each "
+        "part separately"
+    )
+
+
+def _numbered(frames: Sequence[int]) -> str:
+    """The first few frames' numbers."""
+    shown = ", ".join(str(k) for k in frames[:5]) + (", ..." if len(frames) > 5 else "")
+    return f"frame{'s' if len(frames) > 1 else ''} {shown}"
 
 
 def _pattern(image: Image) -> FloatArray | None:

@@ -109,6 +109,30 @@ def test_one_that_stays_away_is_given_up_for_another():
     seen = [follower.step(alone) for _ in range(54)]
     assert seen[:10] == [None] * 10
     assert side(seen[-1]) == "left"
+    taken = 1 + next(k for k, one in enumerate(seen) if one is not None)
+    assert (follower.anew, follower.cuts) == ([taken], [1])
+    again = FaceFollower(FaceChoice(1), follower.found)
+    images = [picture(), *[alone] * 54]
+    begun = [again.step(image) is not None and again.cut for image in images]
+    assert begun == [k == taken for k in range(55)]
+    assert (
+        follower.remarks()
+        .splitlines()[2]
+        .startswith(
+            f"after a while without the face another one, or the same elsewhere, is followed from "
+            f"frame {taken} on"
+        )
+    )
+
+
+def test_one_that_comes_back_where_it_was_is_the_same():
+    follower = FaceFollower(FaceChoice())
+    follower.step(scene(0))
+    empty = scene(0)
+    empty[:, : SIZE[0]] = empty[:, SIZE[0] :]
+    assert [follower.step(empty) for _ in range(54)] == [None] * 54
+    assert follower.step(scene(0)) is not None
+    assert (follower.anew, follower.cuts) == ([], [])
 
 
 def scene(number, place=None):

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
-from drawn import drawn, speaker, vertices_of
+from drawn import drawn, network_sees, speaker, vertices_of
 from runs import write_kind
 
 import abs_engine
 from abs_engine.face.base import lip_aperture
 from abs_engine.face.rings import lip_rings
+from abs_engine.tracking import landmark_motion
 from abs_engine.tracking.clip_setting import GREY
+from abs_engine.tracking.landmark_motion import LandmarkMotion
+from abs_engine.tracking.light import SkinLight
 
+NOTHING = SimpleNamespace(pose=None)
 AMOUNTS = (0.0, 0.15, 0.3, 0.05, 0.0, 0.25)
 """Closed more than once, as in speech: a bias of the network is learned from three frames."""
 HALF = len(AMOUNTS)
@@ -63,3 +69,24 @@ def test_the_run_warns_of_them(runs):
     assert len(said) == 1
     assert said[0].startswith("6 of 12 frames")
     assert not [line for line in runs["colour"].warnings if "have no colour" in line]
+
+
+def test_a_face_that_hides_its_red_lips_still_has_its_colour(monkeypatch):
+    """A pale face's chroma is its lips': of a hidden mouth too little is left, of the skin all."""
+    monkeypatch.setattr(landmark_motion, "placed_fit", lambda *_: NOTHING)
+    image = drawn("clara")
+    light = SkinLight.of([(image, network_sees(image))])
+    little = LandmarkMotion(None, None, light=light, grey_below=1e9)
+    pictures = {
+        "colour": image, "grey": grey_of(image), "dim": np.uint8(0.15 * image),
+        "black": np.uint8(0.05 * image),
+    }  # fmt: skip
+    frames = {name: little.follower().step(one) for name, one in pictures.items()}
+    assert {name: (frame.grey, frame.dark) for name, frame in frames.items()} == {
+        "colour": (False, False),
+        "grey": (True, False),
+        "dim": (True, False),
+        "black": (True, True),
+    }
+    unknown = LandmarkMotion(None, None, grey_below=1e9).follower().step(image)
+    assert (unknown.grey, unknown.dark) == (True, False)

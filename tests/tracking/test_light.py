@@ -57,6 +57,24 @@ def test_changed_light_is_measured_and_undone(gains):
         assert np.median(np.abs(away)) < 6
 
 
+def test_skin_keeps_its_hue_in_less_light_but_not_without_colour():
+    light = SkinLight.of(clip())
+    for image, seen in clip():
+        grey = np.repeat(image.mean(axis=2, keepdims=True).astype(np.uint8), 3, axis=2)
+        assert light.same_hue(under(image, [0.5] * 3), seen)
+        assert not light.same_hue(grey, seen)
+        assert not light.same_hue(under(image, [0.1] * 3), seen)  # less light than it can measure
+
+
+def test_a_face_is_too_dark_where_the_film_fades_not_where_it_always_is():
+    light = SkinLight.of(clip())
+    for image, seen in clip():
+        black = under(image, [0.03] * 3)
+        assert light.too_dark(black, seen)
+        assert not light.too_dark(under(image, [0.15] * 3), seen)
+        assert not SkinLight.of([(black, seen)]).too_dark(black, seen)
+
+
 def test_what_is_before_the_mouth_is_no_light():
     light = SkinLight.of(clip())
     image, seen = clip()[0]

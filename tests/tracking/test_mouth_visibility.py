@@ -14,7 +14,7 @@ from abs_engine.core.camera import Window
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colours_by_head import learn_placed
 from abs_engine.tracking import person_fit
-from abs_engine.tracking.blob_visibility import COVERED
+from abs_engine.tracking.blob_visibility import COVERED, DARK
 from abs_engine.tracking.frame_state import HeadFrame, SeenFace
 from abs_engine.tracking.landmarks import INNER_RING, OUTER_RING, Landmarks
 from abs_engine.tracking.light import SkinLight
@@ -118,6 +118,13 @@ def test_colours_do_not_hide_a_mouth_in_a_frame_without_any():
     assert look_of.hidden(HeadFrame(grey, None, face, grey=True), None) == ""
 
 
+def test_a_face_that_is_too_dark_shows_no_mouth():
+    image, seen = clip()[1]
+    frame = HeadFrame(image, None, SeenFace(seen, None), dark=True)
+    assert ByLook(colours(), usual()).hidden(frame, None) == DARK
+    assert ByLook(colours(), None).hidden(frame, None) == DARK
+
+
 def test_a_tiny_mouth_has_a_look():
     image, seen = clip()[1]
     small = cv2.resize(image, None, fx=0.2, fy=0.2, interpolation=cv2.INTER_AREA)
@@ -160,6 +167,14 @@ def test_what_hides_the_mouth_in_almost_half_of_the_frames_is_not_usual(many):
     assert not found.hidden(mouth)
 
 
+def test_a_hand_with_as_much_skin_around_as_a_mouth_is_not_usual():
+    hand, mouth = MouthLook(0.17, 0.853, 0.05), MouthLook(0.89, 0.857, 0.5)
+    found = MouthLook.usual([hand] * 3 + [mouth] * 5)
+    assert (found.inside, found.around, found.lips) == pytest.approx((0.89, 0.857, 0.5))
+    assert found.hidden(hand)
+    assert not found.hidden(mouth)
+
+
 def test_a_hand_nearly_as_red_as_lips_hides_them():
     """It looks a little too much like skin within, and a little too much like lips around."""
     found = MouthLook(0.91, 0.93, 0.7)
@@ -196,3 +211,26 @@ def test_frames_with_a_hidden_mouth_are_not_learned_from(monkeypatch):
     ]
     person_fit.fit_person(None, clip(), None, None, None, print)
     assert len(asked) == 3  # nothing is hidden: once
+
+
+def test_frames_are_chosen_anew_among_all_where_some_hide_the_mouth(monkeypatch):
+    """What is learned with many hidden ones may hide most others, so it is done twice more."""
+    (image, marks), microphone = clip()[0], (40, 40, 44)
+    behind = (disc(image, marks, microphone, 1.6), marks)
+    seen, asked = [*clip() * 3, *[behind] * 6], []
+
+    def fitted(_average, chosen, turned, *_more):
+        asked.append((chosen, turned))
+        return FittedPerson(*[None] * 5, colours(), SkinLight.of(clip()), usual())
+
+    def shows(_fitted, shown, _seen):
+        return shown is not behind[0] and (len(asked) > 1 or shown is not image)
+
+    monkeypatch.setattr(person_fit, "_fitted", fitted)
+    monkeypatch.setattr(FittedPerson, "shows", shows)
+    chosen = [behind] * 6 + list(clip()[:2])
+    person_fit.fit_person(None, chosen, None, None, None, print, chosen, others=seen)
+    assert len(asked) == 2
+    for frames in asked[1]:
+        assert len(frames) == 8
+        assert {id(f[0]) for f in frames} == {id(f[0]) for f in clip()[1:]}

@@ -34,6 +34,7 @@ from abs_engine.tracking.run import prepare_clip
 from abs_engine.tracking.run_mesh import load_mesh
 from abs_engine.tracking.run_table import POINT_NAMES, closure_table, written
 from abs_engine.tracking.run_warnings import FACE_COLOURS, GIVEN_COLOURS
+from abs_engine.tracking.settings.detection import DETECTION
 from abs_engine.tracking.stated_settings import run_settings
 
 RESULTS_OF_CLIP = [toy_result(0), toy_result(1, prototype=4), lost_result(2), toy_result(3, 3)]
@@ -186,6 +187,19 @@ def test_the_summary(folder):
         "mean_score": pytest.approx(0.9),
         "more": 0.1,
     }
+
+
+def test_a_face_that_comes_after_a_while_without_any_is_no_cut():
+    """It may be another person's: a line of its own says so."""
+    recorder, long = Recorder(toy_setting()), DETECTION.patience + 1
+    gone = [lost_result(k) for k in range(3, 3 + long)]
+    shown = [toy_result(0), replace(toy_result(1), cut=True), toy_result(2)]
+    for result in [*shown, *gone, replace(toy_result(3 + long), cut=True), toy_result(4 + long)]:
+        recorder.add(result)
+    told = recorder.record().summary
+    assert told["cuts"] == [1, 3 + long]
+    assert told["warnings"][0].startswith("the film is cut before frame 1: ")
+    assert f"is followed from frame {3 + long} on" in told["warnings"][1]
 
 
 def test_a_run_that_explains_little_holds_its_warning():

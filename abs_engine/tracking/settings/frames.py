@@ -44,6 +44,11 @@ class FrameSettings:
         called covered by the median. Measured: as a share of the median, 0.70 or more in the
         strangers' clips, also in four of them in grey; 0.3 where a drawn hand or mask hides the
         mouth in a third of the frames.
+    usual_like : float, share of the median
+        Of the likenesses, below which the quartile is not usual, however much skin lies around the
+        mouth: a hand has as much. Measured: 0.2 behind hands in a third of the frames; 0.78 and
+        more in p01 to p16 of the strangers, 13 changes of each, and clips of GRID, but 0.43 of a
+        made-up mouth without colour that closes.
     usual_around : float, share of the median
         Of the skin around the mouth: with more of it, a mouth is taken to close, not to be hidden.
         Measured in the same clips: 0.8 and less behind the hand and the mask, 0.92 to 1.00 in the
@@ -72,6 +77,14 @@ class FrameSettings:
     light_black : float, levels of 255
         That are added before logarithms of light are taken: noise of what is nearly black counts
         less. Not measured.
+    light_hue : float, logarithm
+        By how much red, green and blue change beside each other, at most, in skin that keeps its
+        hue. Measured: 0.14 and less in every fourth frame of p01 to p16 of the strangers, 0.21 and
+        more in the same without their colour.
+    light_dark : float, levels of 255
+        Of the brightest channel of skin, below which a face that was brighter by more than
+        `light_most` is too dark to say anything of the lips. Measured: in fades of p05 and p09 open
+        lips came out surely closed at 9 and less, and within their intervals from 13 on.
     light_patch : float, share of the face's size
         Half the side of what is looked at about a landmark. Not measured.
     least_separability : float, probability
@@ -180,6 +193,7 @@ class FrameSettings:
     look_far: float = 1.75
     least_like: float = 0.54
     usual_look: float = 0.25
+    usual_like: float = 0.3
     usual_around: float = 0.9
     least_lips: float = 0.2
     least_in_picture: float = 0.8
@@ -188,6 +202,8 @@ class FrameSettings:
     light_full: float = 0.12
     light_most: float = 4.0
     light_black: float = 2.0
+    light_hue: float = 0.15
+    light_dark: float = 12.0
     light_patch: float = 0.02
     least_separability: float = 0.75
     least_agreement: float = 0.7

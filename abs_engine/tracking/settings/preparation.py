@@ -84,6 +84,9 @@ class PreparationSettings:
     least_shown : int, frames
         With a mouth to be seen, from which on those in which it is hidden are left out. Not
         measured.
+    hidden_rounds : int, times
+        That they are left out, and the person is fitted again, at most: what was learned with them
+        may take the mouth itself for hidden. Not measured.
     person_spread : float, share of how far people differ
         How far a mouth may differ from that of a head fitted to landmarks. Chosen of 0.35, 0.5 and
         0.7 on edges of lips that were read by eye in p01 to p08 of the strangers' clips: inner
@@ -170,6 +173,7 @@ class PreparationSettings:
     darkest: float = 10.0
     brightest: float = 245.0
     least_shown: int = 3
+    hidden_rounds: int = 2
     person_spread: float = 0.5
     placed_opening: float = 2.5
     placed_inside: float = 0.6
