@@ -13,6 +13,7 @@ from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterEr
 from abs_engine.core.registry import METRICS
 from abs_engine.evaluate import score_table
 from abs_engine.evaluate.catalogue import BUILT_IN, BY_KEY, Metric, catalogue
+from abs_engine.evaluate.derived_rows import complete
 from abs_engine.evaluate.estimate import Estimate, PointTrack, check_run, of_run
 from abs_engine.evaluate.metrics import to_camera
 from abs_engine.evaluate.score import error_map, in_picture, measure, summary
@@ -101,6 +102,32 @@ def test_noise_given_in_camera_coordinates_scores_itself(truth, marks):
     eyes = np.linalg.norm(pixels[:, 36] - pixels[:, 45], axis=1)
     expected = NOISE * np.sqrt(np.pi / 2) * (1 / eyes).mean()
     assert scores["landmarks_nme"] == pytest.approx(expected, rel=0.05)
+
+
+def test_lips_alone_that_are_off_in_the_picture(truth, marks):
+    pixels = true_landmarks(truth)[0]
+    eyes = np.linalg.norm(pixels[:, 36] - pixels[:, 45], axis=1)
+    pixels[:, 48:] += np.array([3.0, 4])
+    scores = values(Estimate("l", np.ones(FRAMES, bool), pixels=pixels), truth, marks)
+    assert scores["lips_nme"] == pytest.approx((5 / eyes).mean())
+    assert scores["landmarks_nme"] == pytest.approx((20 / 68) * (5 / eyes).mean())
+    assert scores["lips_rms_px"] == pytest.approx(5)
+
+
+def test_a_head_that_is_put_behind_the_camera_is_nowhere_in_the_picture(truth, marks):
+    run = run_arrays(truth)
+    run["translation"][7] *= -1
+    pixels = complete(of_run("n", run, surface(truth), {}), truth, marks).pixels
+    assert np.isnan(pixels[7]).all()
+    assert np.isfinite(np.delete(pixels, 7, axis=0)).all()
+
+
+def test_landmarks_of_a_mesh_are_lost_where_the_system_gave_up(truth, marks):
+    said = replace(perfect(truth), found=np.arange(FRAMES) != 7)
+    tracks = complete(said, truth, marks).tracks
+    for name in ("landmarks", "lip_landmarks"):
+        lost = np.isnan(tracks[name].points).all(axis=(1, 2))
+        np.testing.assert_array_equal(np.flatnonzero(lost), [7])
 
 
 def test_noise_of_pose_and_curves_scores_itself(truth):
@@ -201,6 +228,21 @@ def test_frames_without_the_face_in_the_picture_do_not_count(truth, marks):
     assert scores["frames"] == FRAMES - 10
     assert scores["frames_lost"] == scores["failure_share"] == 0
     assert scores["lip_points_rms_head_mm"] == 0
+
+
+@pytest.mark.parametrize(("edge", "counts"), [(-0.4, True), (-0.6, False)])
+def test_a_face_is_in_the_picture_up_to_the_border_of_its_outermost_pixels(
+    truth, marks, edge, counts
+):
+    """Centres of pixels are whole numbers: the picture begins half a pixel before 0."""
+    camera, translations = truth.camera, truth.translations.copy()
+    points = true_landmarks(truth)[1][0]
+    last = points[np.argmax(camera.project(points)[:, 0])]
+    focal, centre = camera.matrix[0, 0], camera.matrix[0, 2]
+    translations[0, 0] += (edge - centre) * last[2] / focal - last[0]
+    moved = replace(truth, translations=translations)
+    assert true_landmarks(moved)[0][0, :, 0].max() == pytest.approx(edge, abs=0.05)
+    assert in_picture(moved, marks)[0] == counts
 
 
 def test_error_maps(truth):

@@ -16,6 +16,7 @@ from abs_engine.evaluate.metrics import (
     value,
     without_constant_offset,
 )
+from abs_engine.evaluate.metrics.curves import STABLE, lay_on_rest
 
 NAN = float("nan")
 
@@ -72,6 +73,15 @@ def test_an_offset_that_changes_stays():
 def test_mirrored_points_are_not_mirrored_back():
     truth = np.random.default_rng(2).normal(size=(5, 12, 3)) * 10
     assert rms(without_constant_offset(truth * [-1, 1, 1], truth), truth) > 3
+
+
+def test_landmarks_are_laid_on_the_person_at_rest_and_never_mirrored():
+    rest = np.random.default_rng(3).normal(size=(68, 3)) * 30
+    vectors, shifts = np.array([[0.3, -0.5, 0.2], [0, 2, 0]]), np.array([[9.0, 0, 500], [0, 4, 7]])
+    moved = to_camera(np.stack([rest, rest]), vectors, shifts)
+    np.testing.assert_allclose(lay_on_rest(moved, rest), [rest, rest], atol=1e-9)
+    placed = lay_on_rest(moved * [-1, 1, 1], rest)
+    assert np.linalg.norm(placed - rest, axis=2)[:, STABLE].mean() > 3
 
 
 def test_to_camera_by_hand():

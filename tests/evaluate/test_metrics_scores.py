@@ -85,6 +85,22 @@ def test_lost_frames_neither_divide_closures_nor_shift_onsets():
     assert len(events.onsets) == 3
 
 
+def test_an_onset_is_known_of_both_closures_or_not_at_all():
+    #         frame 0  1  2  3  4  5
+    early = np.array([1, 1, 1, 1, 0, 0], bool)
+    later = np.array([0, 0, 1, 1, 0, 0], bool)
+    for found, true in ((early, later), (later, early)):  # one of them begins the clip
+        events = metrics.closure_events(found, true)
+        assert (len(events.pairs), len(events.onsets)) == (1, 0)
+
+
+@pytest.mark.parametrize(("away", "onsets"), [(1, []), (2, [[3, 2]])])
+def test_an_onset_counts_where_the_truth_is_seen_before_it(away, onsets):
+    true, found = np.arange(6) >= 2, np.arange(6) >= 3
+    events = metrics.closure_events(found, true, unseen=np.arange(6) == away)
+    np.testing.assert_array_equal(events.onsets, np.reshape(onsets, (-1, 2)))
+
+
 def test_events_are_matched_by_the_largest_total_overlap():
     # The first found closure overlaps with both true ones; greedy in time would waste the second.
     found, true = np.array([[0, 10], [10, 12]]), np.array([[0, 2], [3, 9]])
@@ -238,8 +254,10 @@ def test_resampled_clips_have_the_length_of_the_clip():
     np.testing.assert_array_equal(weight, 103)
 
 
-def test_wrong_levels_and_seeds_are_refused():
+def test_wrong_levels_seeds_and_rates_are_refused():
     with pytest.raises(ParameterError, match="the seed is -1; give 0 or more"):
         confidence([Mean.of([1.0])], 25.0, seed=-1)
     with pytest.raises(ParameterError, match="not a confidence interval"):
         confidence([Mean.of([1.0])], 25.0, level=1.0)
+    with pytest.raises(ParameterError, match="2 rates for 3 clips"):
+        confidence([Mean.of([1.0])] * 3, [25.0, 30.0])
