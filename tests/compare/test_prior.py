@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.compare.prior import GaussianPrior, MixturePrior
+from abs_engine.compare.prior import ContactPrior, GaussianPrior, MixturePrior, PenaltyPrior
 from abs_engine.core.errors import ParameterError
+from abs_engine.face.penalty import ImprobablePenalty
 
 RNG = np.random.default_rng(3)
 SEEN = np.column_stack([RNG.choice([-1.0, 1.0], 40), RNG.normal(size=40)])
@@ -45,7 +46,17 @@ def test_what_lies_between_shapes_that_were_seen_is_less_probable():
     assert mixture(0.5).negative_log(at) < mixture(0.5).negative_log(between) - 0.2
 
 
-@pytest.mark.parametrize("prior", [GAUSSIAN, mixture(0.5)], ids=["gaussian", "mixture"])
+PENALTY = PenaltyPrior(
+    ImprobablePenalty(np.array([0.5, -0.2]), np.array([[1.2, 0], [0.4, 0.8]])), 3.0, slice(1, 3)
+)
+CONTACT = ContactPrior(np.array([-2.0, 2.0, -1.5]), RNG.normal(size=(3, 3)) / 5, softness=0.5)
+
+
+@pytest.mark.parametrize(
+    "prior",
+    [GAUSSIAN, mixture(0.5), CONTACT, PENALTY],
+    ids=["gaussian", "mixture", "contact", "penalty"],
+)
 def test_slopes_are_those_of_differences(prior):
     x, small = np.array([1.2, -0.4, 0.9]), 1e-5
     found = [
@@ -53,6 +64,12 @@ def test_slopes_are_those_of_differences(prior):
         for d in small * np.eye(3)
     ]
     np.testing.assert_allclose(prior.slope(x), found, rtol=1e-6)
+
+
+def test_the_curvature_of_a_penalty_at_its_mean_is_that_of_its_slope():
+    x, small = np.array([1.2, 0.5, -0.2]), 1e-3
+    found = [(PENALTY.slope(x + d) - PENALTY.slope(x - d)) / (2 * small) for d in small * np.eye(3)]
+    np.testing.assert_allclose(PENALTY.curvature(x), found, rtol=1e-3, atol=1e-4)
 
 
 def test_far_away_nothing_overflows():

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from abs_engine.core.camera import Camera
+from abs_engine.core.camera import Camera, Window
 from abs_engine.core.lens import unfolded
 
 SIZE, CENTRE = (1280, 720), (639.5, 359.5)
@@ -37,6 +37,26 @@ def test_beyond_the_reach_of_a_lens_model_the_lens_is_left_out():
     np.testing.assert_allclose(one.undistort(far)[0], (far[0] - CENTRE) / 640.0)
     assert np.isnan(one.undistort(far)[1, 0])
     assert one.undistort(np.zeros((0, 2))).shape == (0, 2)
+
+
+def test_a_ray_is_that_of_its_pixel_or_of_a_camera_without_a_lens():
+    """Around the picture too, where OpenCV's search ends at points that are seen elsewhere."""
+    one = camera(640.0, (-0.33, 0.13, 0, 0, -0.025))
+    pixels = np.stack(np.meshgrid(np.arange(-1500, 2800, 100), np.arange(-1500, 2300, 100)), -1)
+    rays = one.undistort(pixels.astype(np.float64))
+    back = one.project(np.concatenate([rays, np.ones_like(rays[..., :1])], axis=-1))
+    exact = np.abs(back - pixels).max(axis=-1) < 1
+    np.testing.assert_allclose(rays[~exact], ((pixels - CENTRE) / 640.0)[~exact])
+    middle = (np.abs(pixels - CENTRE) < 300).all(axis=-1)
+    assert exact[middle].all()
+
+
+def test_a_smaller_picture_is_sampled_where_its_camera_sees():
+    one, window = camera(*WIDE), Window(0, 0, *SIZE, 0.25)
+    points = np.array([[-300.0, 150, 800], [20, -90, 600], [400, 200, 900]])
+    seen = window.to_drawn(one.project(points))
+    np.testing.assert_allclose(one.scaled(0.25).project(points), seen, atol=1e-9)
+    assert one.scaled(0.25).size == window.drawn == (320, 180)
 
 
 def squared_reach(one):

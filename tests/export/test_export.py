@@ -85,11 +85,24 @@ def test_a_run_is_smoothed_only_where_that_is_asked_for(tmp_path, capsys):
     assert soft.frames == raw.frames
     turned = [raw.pose(k).rotation.T @ soft.pose(k).rotation for k in raw.frames]  # a still head
     np.testing.assert_allclose(turned, np.tile(np.eye(3), (len(turned), 1, 1)), atol=1e-6)
-    steps = [np.abs(np.diff(one.mesh.weights[:10], axis=0)).sum() for one in (raw, soft)]
-    assert steps[1] < 0.8 * steps[0]
+    for hard, easy in (
+        (raw.mesh.weights, soft.mesh.weights),
+        (raw.arrays["parameters"], soft.arrays["parameters"]),
+    ):
+        steps = [np.abs(np.diff(one[:10], axis=0)).sum() for one in (hard, easy)]
+        assert steps[1] < 0.8 * steps[0]
     tables = [(tmp_path / name / "measures.tsv").read_text() for name in ("raw", "smooth")]
     assert tables[0] != tables[1]
     assert len(tables[0].splitlines()) == len(tables[1].splitlines())
+
+
+def test_closures_of_a_smoothed_run_are_those_of_its_smoothed_aperture(tmp_path):
+    raw = read_run(written_run(tmp_path / "run", (2, 2, 2, 0, 0, 0, 0, 2, 2, 0, 2, 2, 2)))
+    soft, _ = smoothed(raw, Smoothing.named("savitzky-golay:5"))
+    for run in (raw, soft):
+        frames = [np.arange(a, b + 1) for a, b in run.arrays["closure_frames"].tolist()]
+        np.testing.assert_array_equal(np.concatenate(frames), np.flatnonzero(run.arrays["closed"]))
+    assert len(raw.arrays["closure_times"]) > len(soft.arrays["closure_times"]) > 0
 
 
 def test_a_covered_mouth_has_its_whole_pose_when_smoothed(tmp_path):
@@ -282,6 +295,22 @@ def test_fap_holds_what_the_format_has(folder, run, tmp_path):
     assert parameters(run)[5][3] < 0  # the lower lip of an open mouth lies lower
     assert parameters(run)[3][3] > parameters(run)[3][0]  # and so do the lower teeth
     assert set(numbers) == {3, 48, 49, 50, *LIPS}
+
+
+def test_fap_s_parameters_grow_in_the_sense_that_the_standard_gives_them(run):
+    """Down for lower_t, up for raise, outwards for stretch, forwards for push, up for the chin."""
+    way = np.zeros((68, 3))
+    way[[*range(49, 54), 61, 62, 63], 1] = -1.0
+    way[[*range(55, 60), 65, 66, 67, 48, 54, 60, 64, 8], 1] = 1.0
+    way[[54, 64], 0], way[[48, 60], 0] = 1.0, -1.0  # the subject's left is at the greater x
+    way[[62, 66], 2] = 1.0
+    moved = replace(run)
+    vars(moved)["landmarks"] = neutral(run) + np.tile(way, (len(run), 1, 1))  # 1 mm
+    given, units = parameters(moved), fapu(run)
+    across = {6, 7, 53, 54}  # in mouth widths; all others in mouth-nose separations
+    for number in LIPS:
+        unit = units["MW" if number in across else "MNS"]
+        assert given[number][FOUND] == pytest.approx(1 / unit), number
 
 
 def test_a_line_says_what_a_format_cannot_hold(folder, run, tmp_path, capsys):

@@ -39,7 +39,8 @@ def test_poor_colours_leave_more_open():
 def test_a_gaussian_gives_its_own_covariance(monkeypatch):
     for name in ("APERTURE", "WIDTH"):
         monkeypatch.setattr(f"abs_engine.fit.belief.{name}", Unknown())
-    monkeypatch.setattr("abs_engine.fit.belief.ROTATION", (Unknown(),) * 3)
+    for name in ("ROTATION", "TRANSLATION"):
+        monkeypatch.setattr(f"abs_engine.fit.belief.{name}", (Unknown(),) * 3)
     rng = np.random.default_rng(0)
     root = 16 * (rng.normal(size=(N, N)) + 3 * np.eye(N))
     made, x = told(root @ root.T)
@@ -49,6 +50,10 @@ def test_a_gaussian_gives_its_own_covariance(monkeypatch):
     assert found.width == pytest.approx(measured[:, 0].std(), rel=0.05)
     assert found.aperture == pytest.approx(measured[:, 1].std(), rel=0.05)
     assert found.rotation == pytest.approx(draws[:, :3].std(axis=0), rel=0.05)
+    places = [made.frame.pose(x + d).translation for d in 1e-6 * np.eye(N)]
+    slope = (places - made.frame.pose(x).translation) / 1e-6
+    varied = np.diag(slope.T @ np.linalg.inv(root @ root.T) @ slope)
+    assert found.translation == pytest.approx(np.sqrt(varied), rel=1e-3)
     assert found.lips.shape == (sum(FACE.ring_sizes), 3)
     assert found.closed < 0.01
 
