@@ -137,6 +137,29 @@ def test_single_rows_that_are_missing_are_lost_at_any_rate(truth, reference, tmp
         assert lost(found) == [5, 10, 25, 45]
 
 
+def test_where_a_row_is_missing_its_neighbours_stand_for_half_a_step(truth, reference, tmp_path):
+    """At 30 rows a second frame 3 lies 0.6 steps behind row 3, and frame 4 0.2 before row 5."""
+    heading, _ = arkit_rows(truth)
+    rows = recorded(heading, 1 + int((FRAMES - 1) / RATE * 30), 30)
+    for missing, gone in ((4, [3]), (3, [])):  # around row 3 frames lie 0.4 steps from others
+        kept = [row for k, row in enumerate(rows) if k != missing]
+        found = arkit(write_csv(tmp_path / f"{missing}.csv", heading, kept), reference)
+        assert lost(found) == gone
+
+
+def test_timecodes_of_a_long_clip_may_count_30_frames_at_29_97(truth, reference, tmp_path):
+    """They end 67 ms early after 67 s; a clip that is a second longer than they say is another."""
+    heading, _ = arkit_rows(truth)
+    ntsc = replace(reference, frames=2000, rate=30 / 1.001)
+    given = speaker().unit_names, speaker().units, {}
+    codes = [f"00:{k // 1800:02d}:{k // 30 % 60:02d}:{k % 30:02d}.000" for k in range(2000)]
+    still = [61, *[0.0] * (len(heading) - 2)]
+    path = write_csv(tmp_path / "a.csv", heading, [[code, *still] for code in codes])
+    assert read_arkit(path, ntsc, *given).found.all()
+    with pytest.raises(ParameterError, match=r"lasts 66\.63 s by its timecodes"):
+        read_arkit(path, replace(ntsc, rate=29.5), *given)
+
+
 def test_first_rows_that_are_missing_are_lost_by_the_timecode(truth, reference, tmp_path):
     heading, rows = arkit_rows(truth)
     for hours, begins, missing in (

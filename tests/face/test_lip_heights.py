@@ -89,6 +89,12 @@ def test_the_pose_costs_nothing():
     assert THICK.negative_log(x) == THICK.negative_log(np.r_[np.zeros(6), MODEL.prototypes[4]])
 
 
+def test_both_sides_of_a_pinched_mouth_count_alike():
+    gap, slope = (np.random.default_rng(1).normal(size=size) for size in (9, (9, P)))
+    for ours, mirrored in zip(pinching(gap, slope), pinching(gap[::-1], slope[::-1]), strict=True):
+        np.testing.assert_allclose(ours, mirrored)
+
+
 def test_a_mouth_that_opens_beside_its_middle_alone_costs_a_lot():
     """Two openings with a bridge between them: no recorded mouth shows that."""
     gap, slope = lip_gaps(MODEL.held(NOBODY), MODEL.rings)

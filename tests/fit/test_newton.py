@@ -6,12 +6,27 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_track_fit import ALL, BASE, CAMERA, CPU, MODEL, POSE, SCENE, N, posterior, start, truth
+from test_track_fit import (
+    ALL,
+    BASE,
+    CAMERA,
+    CPU,
+    MODEL,
+    POSE,
+    SCENE,
+    SETTING,
+    N,
+    posterior,
+    start,
+    truth,
+)
 
 from abs_engine.compare.borders import Borders, Groups
 from abs_engine.compare.prior import ContactPrior, GaussianPrior, InformationPrior
+from abs_engine.compare.residual_rows import Rows
 from abs_engine.core.errors import ParameterError
 from abs_engine.fit.head_frame import COLOUR, contact_prior, mouth_window
+from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import search
 from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.optimise.newton import Newton
@@ -154,6 +169,28 @@ def test_the_curvature_of_a_prior_is_that_of_its_slope(prior):
     steps = 1e-4 * np.eye(3)
     by_differences = [(prior.slope(x + s) - prior.slope(x - s)) / 2e-4 for s in steps]
     np.testing.assert_allclose(prior.curvature(x), by_differences, atol=1e-6)
+
+
+class Appears:
+    """Two residuals: a weight, and one that is compared only where that weight is above 0."""
+
+    def negative_log(self, candidates):
+        return self.rows(candidates).value
+
+    def rows(self, candidates):
+        first = candidates.weights[:, 0]
+        there = np.column_stack([np.ones(len(first), bool), first > 0])
+        rows = np.column_stack([first, 5.0 * (first > 0)])
+        return Rows(rows, there, (rows**2).sum(axis=1))
+
+
+def test_residuals_that_appear_with_a_step_are_no_slope():
+    made = Problem(BASE, SETTING.face.blocks, {"appears": Appears()}, ())
+    _, matrix, gradient = made.gauss_newton(np.zeros(N), np.ones(N), 0.5)
+    expected = np.zeros((N, N))
+    expected[6, 6] = 1.0
+    np.testing.assert_allclose(matrix, expected, atol=1e-12)
+    np.testing.assert_array_equal(gradient, 0)
 
 
 def test_contact_ahead_is_felt_before_lips_touch():

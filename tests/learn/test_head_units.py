@@ -113,6 +113,18 @@ def test_one_target_may_make_two_units(built):
     assert made.unused == ("mouthSmileRight",)
 
 
+def test_a_target_that_is_named_twice_counts_once(built):
+    made = built(MOVES, '[units]\njawOpen = ["jawOpen", "jawOpen"]\n')
+    assert same(made, "jawOpen", MOVES["jawOpen"])
+
+
+def test_units_that_both_move_one_side_are_not_exchanged(built):
+    both = {**MOVES, "mouthSmileRight": MOVES["mouthSmileLeft"]}
+    made = built(both)
+    assert not made.exchanged
+    assert same(made, "mouthSmileLeft", MOVES["mouthSmileLeft"])
+
+
 def test_left_and_right_of_a_viewer_are_exchanged(built):
     swapped = {
         name.replace("Left", "*").replace("Right", "Left").replace("*", "Right"): moves

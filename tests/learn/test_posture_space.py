@@ -105,6 +105,20 @@ def test_steps_are_of_40_ms_at_any_frame_rate(expression):
     assert np.isnan(learn_postures(expression, choose_points(load_speaker()), [alone]).steps).all()
 
 
+def test_a_frame_rate_just_above_25_is_no_longer_step(expression):
+    """Of a random walk, which goes as far in the same time at any rate."""
+
+    def steps(rate: float) -> np.ndarray:
+        rng, ways = np.random.default_rng(1), np.zeros((2, len(expression.modes)))
+        ways[0, 0] = ways[1, 1] = 1.0
+        walk = np.cumsum(rng.normal(0, 0.3 / np.sqrt(rate), (1500, 2)), axis=0) @ ways
+        walk += rng.normal(0, 0.001, walk.shape)
+        found = learn_postures(expression, choose_points(load_speaker()), [walk], [rate])
+        return found.steps[:1] * walk[:, 0].std()  # of the walk, not of what it comes to
+
+    np.testing.assert_allclose(steps(30.0), steps(25.0), rtol=0.04)
+
+
 def test_too_few_frames_are_refused(expression, postures):
     with pytest.raises(TooFewFramesError, match="30 frames show the mouth well"):
         learn_postures(expression, choose_points(load_speaker()), [postures[0][:30]])

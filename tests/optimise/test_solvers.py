@@ -11,6 +11,7 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.axes import AxesSimplex
 from abs_engine.optimise.by_nlopt import METHODS, DerivativeFree, Simplex
 from abs_engine.optimise.levenberg import LevenbergMarquardt
+from abs_engine.optimise.newton import Newton
 from abs_engine.optimise.restarted import RestartedSimplex
 from abs_engine.optimise.variations import LocalVariations
 
@@ -106,6 +107,31 @@ def test_a_restart_is_never_worse():
     again = RestartedSimplex(1e-3, 2000, 3).minimise(valley, start, spec())
     assert again.value <= once.value
     np.testing.assert_array_equal(again.trace[: once.n_evaluations], once.trace)
+
+
+@pytest.mark.parametrize(("more", "status"), [(1000, "converged"), (3, "evaluation limit")])
+def test_a_restart_that_is_cut_short_says_so(more, status):
+    """Also where it had found nothing better yet."""
+    once = Simplex(1e-9, 1000).minimise(Bowl(), np.zeros(3), spec())
+    solver = RestartedSimplex(1e-9, once.n_evaluations + more, 1)
+    assert solver.minimise(Bowl(), np.zeros(3), spec()).status == status
+
+
+class Curved(Bowl):
+    """The bowl with its exact slope and curvature."""
+
+    def newton(self, x, _reach, _local=False):
+        curve = 2 * self.matrix.T @ self.matrix
+        return self(x).value, curve @ (x - self.middle), curve
+
+
+@pytest.mark.parametrize(("gain", "moves"), [(0.8, True), (1.2, False)])
+def test_a_newton_step_is_tried_where_it_promises_its_gain(gain, moves):
+    """The promise, of a bowl, is the whole of its value."""
+    bowl, start = Curved(), np.zeros(3)
+    solver = Newton(gain=gain * bowl(start).value, more=0.0)
+    found = solver.descend(bowl, start, spec(), 20)
+    np.testing.assert_allclose(found.x, MIDDLE if moves else start, atol=1e-6)
 
 
 def test_a_pull_to_the_start_is_no_part_of_the_value():

@@ -264,8 +264,10 @@ def test_frames_are_learned_from_whose_mouth_is_in_the_picture():
     beside = Pose(FACING, np.array([900.0, 0, 700.0]))
     behind = Pose(FACING, np.array([0.0, 0, -700.0]))
     there = Pose(FACING, np.array([0.0, -40.0, 700.0]))
-    seen = GivenMotion((beside, None, there, behind)).in_picture(CAMERA, MOUTH, Path("a.mpg"))
-    assert seen.given == (None, None, there, None)
+    through = Pose(FACING, np.array([0.0, -40.0, 60.0]))  # the mouth, not the head, is behind
+    given = GivenMotion((beside, None, there, behind, through))
+    seen = given.in_picture(CAMERA, MOUTH, Path("a.mpg"))
+    assert seen.given == (None, None, there, None, None)
 
 
 @pytest.mark.parametrize(

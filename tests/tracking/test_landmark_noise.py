@@ -48,6 +48,16 @@ def test_no_direction_is_trusted_without_measure():
     assert found.person_deviation.min() >= 1.0
 
 
+def test_the_whole_variance_is_that_of_errors_of_many_frames():
+    rng = np.random.default_rng(4)
+    bias, deviation, person = (rng.uniform(0.5, 2, (2, 3)) for _ in range(3))
+    within = rng.normal(size=(2, 2, 3))
+    noise = LandmarkNoise(bias, np.zeros((0, 2, 3)), within, deviation, person)
+    off = np.tensordot(rng.normal(size=(20_000, 2)), within, 1) + bias
+    off += np.hypot(deviation, person) * rng.normal(size=off.shape)
+    np.testing.assert_allclose(noise.whole, off.var(axis=0), rtol=0.05)
+
+
 def test_of_a_known_person_its_error_is_no_noise():
     noise = correspondence().noise
     weights = np.random.default_rng(1).normal(size=len(noise.between))

@@ -67,6 +67,14 @@ def test_a_mouth_elsewhere_or_of_another_size(changes, elsewhere):
     assert all(line.startswith("in 1 of 1 frame in which a landmark network") for line in said)
 
 
+def test_a_mouth_on_one_of_several_faces_is_in_its_place(monkeypatch):
+    one = network_sees(IMAGE)
+    other = replace(one, points=one.points + np.array([400.0, 0, 0]))
+    for faces, elsewhere in (([one, other], 0), ([other, one], 0), ([other, other], 1)):
+        monkeypatch.setattr(mouth_check, "faces_seen", lambda _, f=faces: [(None, k) for k in f])
+        assert len(warned([result()])) == elsewhere
+
+
 def test_most_of_the_frames_count():
     apart = round(FRAME_LOOP.look_apart * 25)
     beside = [result(k * apart, right=40.0) for k in range(2)]
@@ -76,18 +84,22 @@ def test_most_of_the_frames_count():
 
 
 def test_a_mouth_that_is_drawn_closed_and_seen_open(monkeypatch):
-    def said(openness, frames, aperture=0.0):
+    def face(openness):
         seen = network_sees(IMAGE).points.copy()
         across = np.linalg.norm(seen[263, :2] - seen[33, :2])
         seen[14] = seen[13] + [0, openness * across, 0]
-        face = replace(network_sees(IMAGE), points=seen)
-        monkeypatch.setattr(mouth_check, "faces_seen", lambda _image: [(None, face)])
+        return None, replace(network_sees(IMAGE), points=seen)
+
+    def said(openness, frames, aperture=0.0, beside=()):
+        faces = [face(openness), *map(face, beside)]
+        monkeypatch.setattr(mouth_check, "faces_seen", lambda _image: faces)
         return warned([replace(result(k * apart), aperture=aperture) for k in range(frames)])
 
     apart = round(FRAME_LOOP.look_apart * 25)
     assert said(0.1, 3)[0].startswith("in 3 of 3 frames in which")
     assert "it is drawn closed, and seen open: look" in said(0.1, 3)[0]
     assert said(0.1, 3, aperture=4.0) == said(0.02, 3) == said(0.1, 1) == []
+    assert said(0.1, 3, beside=[0.02]) == []  # which of the two is drawn is not known
 
 
 def test_lost_frames_and_pictures_without_a_face_do_not_count():

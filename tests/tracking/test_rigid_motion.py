@@ -76,6 +76,18 @@ def test_a_known_motion_is_recovered(model, reference, motion):
     assert state.seen > 0.6
 
 
+def test_points_that_moved_otherwise_are_not_seen_on_the_head(model, reference):
+    """A tenth of them has gone 8 pixels up, the rest has stayed."""
+    image = picture_of(model.head, START, CAMERA)
+    edge = int(np.quantile(reference.pixels[:, 0], 0.9))
+    share = (reference.pixels[:, 0] >= edge).mean()
+    moved = image.copy()
+    moved[:-8, edge:] = image[8:, edge:]
+    state = follow(reference, moved, CAMERA, None)
+    assert 0.8 < state.seen <= 1 - share
+    assert angle(state.pose.rotation, START.rotation) < 1.0
+
+
 def test_a_face_that_is_gone(model, reference):
     rng = np.random.default_rng(0)
     assert follow(reference, rng.integers(0, 256, (300, 400, 3), np.uint8), CAMERA, None) is None
