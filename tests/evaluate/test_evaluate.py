@@ -250,6 +250,8 @@ def test_error_maps(truth):
     shifted = replace(shifted, mean=shifted.mean + np.array([0, 0, 2.0]))
     run = of_run("n", run_arrays(truth), shifted, {})
     np.testing.assert_allclose(error_map(run, truth), 2.0, atol=1e-5)
+    half = replace(run, found=np.arange(FRAMES) % 2 == 0)
+    np.testing.assert_allclose(error_map(half, truth), 2.0, atol=1e-5)
     points_only = error_map(of_run("n", run_arrays(truth), None, {}), truth)
     known = np.isfinite(points_only)
     assert set(np.flatnonzero(known)) == set(run_arrays(truth)["lip_vertex"].tolist())

@@ -74,6 +74,17 @@ def test_postures_are_those_that_were_tracked(expression, postures):
     assert error < 0.1 * spread
 
 
+def test_generators_have_the_same_weights_by_either_modes(expression, postures):
+    """Of a speaker whose mouth is more open than anybody's on average."""
+    opened = [clip + np.eye(len(expression.modes))[0] for clip in postures]
+    space = learn_postures(expression, choose_points(load_speaker()), opened)
+    tracked = np.concatenate(opened)[: len(space.seen)]
+    wanted = expression.offset + tracked @ expression.mixing
+    found = space.expression.offset + space.seen @ space.expression.mixing
+    spread = np.sqrt((wanted - wanted.mean(axis=0)).var(axis=0).sum())
+    assert np.sqrt(((found - wanted) ** 2).sum(axis=1).mean()) < 0.2 * spread
+
+
 def test_frames_that_are_not_to_be_learned_from_do_not_count(expression, postures):
     gaps = [np.where(np.arange(80)[:, None] % 10 < 9, clip, np.nan) for clip in postures]
     space = learn_postures(expression, choose_points(load_speaker()), gaps)
