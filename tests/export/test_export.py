@@ -192,6 +192,13 @@ def test_landmarks_are_read_in_the_same_places(name, folder, run, clip, tmp_path
         assert np.abs(read.translations[FOUND] - run.arrays["translation"][FOUND]).max() < 0.01
 
 
+def test_openface_counts_frames_from_1_and_trusts_none_that_is_lost(folder, run, tmp_path):
+    table = pd.read_csv(exported(folder, "openface", tmp_path))
+    assert table["frame"].tolist() == [k + 1 for k in range(len(run))]
+    assert table["success"].tolist() == [int(k != LOST) for k in range(len(run))]
+    assert (table["confidence"] > 0).tolist() == [k != LOST for k in range(len(run))]
+
+
 @pytest.mark.parametrize("name", ["gltf", "gltf-modes"])
 def test_gltf_moves_as_the_run(name, folder, run, tmp_path):
     path = exported(folder, name, tmp_path)

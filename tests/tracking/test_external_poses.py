@@ -265,9 +265,11 @@ def test_frames_are_learned_from_whose_mouth_is_in_the_picture():
     behind = Pose(FACING, np.array([0.0, 0, -700.0]))
     there = Pose(FACING, np.array([0.0, -40.0, 700.0]))
     through = Pose(FACING, np.array([0.0, -40.0, 60.0]))  # the mouth, not the head, is behind
-    given = GivenMotion((beside, None, there, behind, through))
+    off = (88 - CAMERA.matrix[0, 2]) * (700 - MOUTH[2]) / CAMERA.matrix[0, 0]
+    aside = Pose(FACING, np.array([off, -40.0, 700.0]))  # column 88 of 96, in 80 rows
+    given = GivenMotion((beside, None, there, behind, through, aside))
     seen = given.in_picture(CAMERA, MOUTH, Path("a.mpg"))
-    assert seen.given == (None, None, there, None, None)
+    assert seen.given == (None, None, there, None, None, aside)
 
 
 @pytest.mark.parametrize(
