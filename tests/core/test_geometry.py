@@ -10,6 +10,7 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import MeshError, ParameterError
 from abs_engine.core.geometry import FACING, Mesh, Pose, rotations, vertex_normals
 from abs_engine.core.params import ParamSpec
+from abs_engine.core.pose import PoseFrame
 
 SQUARE = np.array([[0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0]], float)
 HALVES = np.array([[0, 1, 2], [0, 2, 3]])
@@ -86,6 +87,7 @@ def test_rotations_are_those_of_opencv():
     ours = rotations(vectors)
     for matrix, vector in zip(ours, vectors, strict=True):
         np.testing.assert_allclose(matrix, cv2.Rodrigues(vector)[0], atol=1e-12)
+        np.testing.assert_allclose(rotations(vector[None])[0], matrix, atol=1e-12)
 
 
 def test_a_pose_and_its_vectors():
@@ -94,6 +96,22 @@ def test_a_pose_and_its_vectors():
     points = np.random.default_rng(1).normal(0, 50, (4, 5, 3))
     expected = [pose.rotation @ p + pose.translation for p in points.reshape(-1, 3)]
     np.testing.assert_allclose(pose.apply(points).reshape(-1, 3), expected)
+
+
+def test_the_inverse_of_a_pose_leads_back():
+    pose = Pose.from_vectors([0.1, -0.4, 0.2], [1, 2, 600])
+    points = np.random.default_rng(1).normal(0, 50, (4, 3))
+    np.testing.assert_allclose(pose.inverse.apply(pose.apply(points)), points, atol=1e-9)
+
+
+def test_small_motions_turn_about_the_pivot():
+    pivot = np.array([0.0, -40, 90])
+    frame = PoseFrame(Pose.from_vectors([3.0, 0.1, 0], [5, 6, 700]), pivot)
+    turned = frame.pose(np.r_[0.2, -0.1, 0.3, 1.0, 2.0, 3.0])
+    moved = turned.apply(pivot) - frame.base.apply(pivot)
+    np.testing.assert_allclose(moved, [1, 2, 3], atol=1e-9)
+    step = Pose.from_vectors([0.2, -0.1, 0.3], np.zeros(3)).rotation  # about the camera's axes
+    np.testing.assert_allclose(turned.rotation, step @ frame.base.rotation)
 
 
 def test_a_facing_head_looks_into_the_camera_and_is_upright():

@@ -29,8 +29,8 @@ from abs_engine.evaluate.check.finding import merged
 from abs_engine.evaluate.check.footage import time_findings, watched
 from abs_engine.evaluate.check.ids import shift
 from abs_engine.evaluate.check.marks import certain, mark_classes
-from abs_engine.evaluate.check.motion import length_findings, vector_findings
-from abs_engine.evaluate.check.speech import contact_findings
+from abs_engine.evaluate.check.motion import camera_findings, length_findings, vector_findings
+from abs_engine.evaluate.check.speech import contact_findings, interval_findings
 from abs_engine.evaluate.check.visibility import look
 from abs_engine.io.video import VideoWriter, read_frames
 
@@ -434,6 +434,38 @@ def test_a_turn_is_too_fast_by_the_second(rate, found):
     poses = [Pose.from_vectors(row, np.zeros(3)) for row in vectors]
     said = [str(finding) for finding in vector_findings(vectors, poses, rate, "x")]
     assert ["rotations jump" in line for line in said] == ([True] if found else [])
+
+
+@pytest.mark.parametrize("off", [-0.2, 0.2])
+def test_a_gap_may_be_neither_smaller_nor_larger_than_on_the_mesh(clean, off):
+    clip = load_dataset(clean).clip("talk")
+    said = [str(f) for f in contact_findings(replace(clip, gap=clip.gap + off), [1], "x")]
+    assert sum("gap is not that of the mesh" in line for line in said) == 1
+
+
+@pytest.mark.parametrize(("late", "found"), [(0.9, False), (1.1, True)])
+def test_phonemes_end_with_the_clip_or_a_frame_later(clean, late, found):
+    clip = load_dataset(clean).clip("talk")
+    last = Phoneme("_", 0.0, (len(clip) + late) / clip.rate)
+    said = [str(f) for f in interval_findings(replace(clip, intervals=(last,)), "x")]
+    assert any("lies outside of the clip" in line for line in said) == found
+
+
+def test_a_camera_is_inside_the_head_if_it_is_in_one_frame(clean):
+    truth = load_dataset(clean).view("talk", "front")
+    assert not list(camera_findings(truth, "x"))
+    near = truth.translations.copy()
+    near[1] = [0, 20, 40]
+    (said,) = camera_findings(replace(truth, translations=near), "x")
+    assert "the camera is inside the head" in str(said)
+
+
+@pytest.mark.parametrize(("length", "found"), [(6.2, False), (6.4, True)])
+def test_a_rotation_of_more_than_a_whole_turn_is_not_in_radians(length, found):
+    vectors = np.array([[length, 0, 0]])
+    poses = [Pose.from_vectors(row, np.zeros(3)) for row in vectors]
+    said = [str(finding) for finding in vector_findings(vectors, poses, 25.0, "x")]
+    assert ["not in radians" in line for line in said] == ([True] if found else [])
 
 
 @pytest.mark.parametrize(

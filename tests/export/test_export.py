@@ -24,6 +24,7 @@ from abs_engine.core.errors import (
     ParameterError,
     PluginError,
 )
+from abs_engine.core.geometry import FACING, Pose
 from abs_engine.core.registry import EXPORTERS
 from abs_engine.evaluate.arkit_csv import read_arkit
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
@@ -318,6 +319,17 @@ def test_fap_s_parameters_grow_in_the_sense_that_the_standard_gives_them(run):
     for number in LIPS:
         unit = units["MW" if number in across else "MNS"]
         assert given[number][FOUND] == pytest.approx(1 / unit), number
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_head_turns_about_its_own_axes(run, axis):
+    """To its left, up or aside; of one that looks along the camera's axis all angles are 0."""
+    turn = Pose.from_vectors(0.3 * np.eye(3)[axis], np.zeros(3)).rotation
+    vector = Pose(FACING @ turn, np.zeros(3)).rotation_vector
+    turned = replace(run, arrays=run.arrays | {"rotation": np.tile(vector, (len(run), 1))})
+    angles = np.stack([parameters(turned)[k][FOUND] for k in (48, 49, 50)], axis=1)
+    np.testing.assert_allclose(1e-5 * angles, np.tile(0.3 * np.eye(3)[axis], (len(FOUND), 1)),
+                               atol=1e-9)  # fmt: skip
 
 
 def test_a_line_says_what_a_format_cannot_hold(folder, run, tmp_path, capsys):

@@ -7,6 +7,7 @@ import pytest
 from drawn import correspondence, projected, vertices_of
 from heads import seen_at
 
+from abs_engine.core.geometry import rotations
 from abs_engine.tracking.frame_choice import turned_apart
 from abs_engine.tracking.landmarks import Landmarks
 
@@ -23,6 +24,18 @@ def test_a_turn_between_two_pictures_is_as_large_as_it_is(turn):
     found = facing().turn_to(facing(yaw, pitch, roll))
     assert np.linalg.norm(found) == pytest.approx(max(turn), abs=0.04)
     assert np.argmax(np.abs(found)) == np.argmax(turn)
+
+
+def test_a_turn_lays_points_on_the_others():
+    one, vector = facing(0.2, 0.1), np.array([0.2, -0.3, 0.1])
+    turn = rotations(vector[None])[0]
+    turned = Landmarks(one.points @ turn.T, 1.0)
+    np.testing.assert_allclose(one.turn_to(turned), vector, atol=1e-6)
+    mirrored = Landmarks(one.points * [-1, 1, 1], 1.0)
+    back = rotations(one.turn_to(mirrored)[None])[0]  # no turn of what is no mirror image
+    apart = one.points - one.points.mean(axis=0)
+    off = apart @ back.T - apart * [-1, 1, 1]
+    assert (off**2).sum() <= (4 * apart[:, 0] ** 2).sum()
 
 
 def test_a_picture_is_not_turned_to_a_larger_one_elsewhere():

@@ -345,3 +345,4 @@ def test_times_of_long_clips_have_as_many_decimals():
     assert rows[0][1] == "12345.7"
     _, row = written(closure_table([Closure(1, 2, times[0], times[1], 0.5)]))
     assert row[:2] == ["12000.000000", "12000.004167"]
+    assert float(row[2]) == pytest.approx(1 / 240, rel=1e-4)  # how long the lips were closed

@@ -13,10 +13,12 @@ from abs_engine.tracking.clip_setting import GREY
 from abs_engine.tracking.run import remark_lines
 from abs_engine.tracking.run_warnings import (
     all_closed,
+    close_up,
     disagreement,
     doubts,
     little_explained,
     mostly_lost,
+    mouth_otherwise,
     other_head,
     small_mouth,
     untimed,
@@ -35,6 +37,27 @@ def contradicted(aperture, deviation, by_landmarks):
     rows = zip(aperture, deviation, by_landmarks, strict=True)
     results = [replace(lost_result(0), disagreement=disagreement(*row)) for row in rows]
     return np.array([result.contradicted for result in results])
+
+
+def test_measures_disagree_less_the_less_is_known():
+    """In a wide mouth landmarks are less sure, and so is an aperture without a deviation."""
+    near, wide = disagreement(4.0, 0.5, 2.0), disagreement(14.0, 0.5, 12.0)
+    assert near > wide > 0
+    assert disagreement(2.0, 0.5, 4.0) < near  # 4 mm by the landmarks
+    assert disagreement(4.0, np.nan, 2.0) < disagreement(4.0, 0.1, 2.0)
+
+
+@pytest.mark.parametrize(("size", "warned"), [((640, 480), False), ((640, 160), True)])
+def test_a_face_that_is_higher_than_the_picture_is_a_close_up(size, warned):
+    """Of 0.5 mm a pixel, a face of 200 mm is 400 pixels high."""
+    assert bool(close_up(0.5, size)) == warned
+    assert not close_up(np.nan, size)
+    assert not close_up(2.0, size)
+
+
+@pytest.mark.parametrize(("seen", "told"), [(4, 0), (5, 1), (10, 1)])
+def test_mouths_elsewhere_are_told_where_half_the_frames_show_a_face(seen, told):
+    assert len(mouth_otherwise(seen, 0, seen, 10)) == told
 
 
 def test_a_sound_run_has_no_doubts():
