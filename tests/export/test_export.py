@@ -198,6 +198,10 @@ def test_openface_counts_frames_from_1_and_trusts_none_that_is_lost(folder, run,
     assert table["frame"].tolist() == [k + 1 for k in range(len(run))]
     assert table["success"].tolist() == [int(k != LOST) for k in range(len(run))]
     assert (table["confidence"] > 0).tolist() == [k != LOST for k in range(len(run))]
+    old = replace(run, arrays={k: v for k, v in run.arrays.items() if k != "score"})
+    EXPORTERS.get("openface").write(old, tmp_path / "old.csv")
+    trusted = pd.read_csv(tmp_path / "old.csv")["confidence"]
+    assert trusted.tolist() == [float(k != LOST) for k in range(len(run))]
 
 
 @pytest.mark.parametrize("name", ["gltf", "gltf-modes"])

@@ -28,6 +28,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.fit.head_frame import COLOUR, contact_prior, mouth_window
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import search
+from abs_engine.fit.surface_jacobian import summed_along
 from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.optimise.newton import Newton
 
@@ -69,6 +70,31 @@ def test_the_slope_is_that_of_the_value(case):
     assert cosine > 0.9  # pixels are few
     np.testing.assert_allclose(curve, curve.T, atol=1e-9)
     assert np.linalg.eigvalsh(curve).min() > -1e-6
+
+
+def test_borders_move_with_each_parameter_as_the_surface_does():
+    """Some borders anywhere on the head: along their normals, against differences."""
+    rng, x = np.random.default_rng(0), 0.3 * start(2, ALL)
+    window = mouth_window(MODEL, POSE, CAMERA)
+    facet, weights = rng.integers(len(SCENE.faces), size=12).astype(np.int32), rng.random((12, 3))
+    weights /= weights.sum(axis=1, keepdims=True)
+    angle = rng.uniform(0, 2 * np.pi, 12)
+    normal = np.column_stack([np.cos(angle), np.sin(angle)])
+    borders = Borders(facet, weights, normal, rng.normal(size=12), rng.random(12))
+
+    def along(y):
+        vertices = BASE.pose(y).apply(SCENE.vertices(y[6:]).astype(np.float64))
+        points = (vertices[SCENE.faces[facet]] * weights[..., None]).sum(axis=1)
+        return (window.to_drawn(CAMERA.project(points)) * normal).sum(axis=1)
+
+    x[:3] = 0.0  # turns are about the pose as it is
+    steps = 1e-3 * np.eye(N)
+    moved = np.array([(along(x + s) - along(x - s)) / 2e-3 for s in steps])
+    candidate = BASE.candidates(x[None])
+    fall, bend = summed_along(SCENE, CAMERA, window, candidate, BASE, borders, 50.0)
+    np.testing.assert_allclose(fall, moved @ borders.gain, rtol=1e-3, atol=2e-3)
+    expected = (moved * borders.curve) @ moved.T + np.outer(fall, fall) / 50
+    np.testing.assert_allclose(bend, expected, rtol=2e-3, atol=2e-3 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("case", range(8))

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
+from abs_engine.optimise.anchored import Held
 from abs_engine.optimise.axes import AxesSimplex
 from abs_engine.optimise.by_nlopt import METHODS, DerivativeFree, Simplex
 from abs_engine.optimise.levenberg import LevenbergMarquardt
@@ -144,6 +147,26 @@ def test_a_pull_to_the_start_is_no_part_of_the_value():
         assert found.value == pytest.approx(bowl(found.x).value, rel=1e-9)
         assert np.linalg.norm(found.x) < 0.9 * np.linalg.norm(MIDDLE)
     assert best.n_evaluations <= 300
+
+
+@pytest.mark.parametrize("x", [[0.2, 0.4, -0.3], [5.0, 5.0, 5.0]])  # within, and at the bounds
+def test_a_held_objective_s_slope_and_curvature_are_those_of_its_values(x):
+    held, scale, small = Held(Bowl(), spec(), np.full(3, 0.1), inertia=0.7), spec().scale, 1e-4
+    value, matrix, gradient = held.gauss_newton(np.array(x), 0.1)
+    assert value == pytest.approx(held.values(np.array([x]))[0])
+    steps = small * np.diag(scale)
+    ahead, back = held.values(x + steps), held.values(x - steps)
+    np.testing.assert_allclose(2 * gradient, (ahead - back) / (2 * small), rtol=1e-5)
+    bent = (ahead + back - 2 * value) / small**2
+    np.testing.assert_allclose(2 * np.diag(matrix), bent, rtol=1e-3)
+
+
+def test_a_polish_along_the_axes_is_never_worse():
+    bowl, solver = Bowl(), AxesSimplex(300, 1e-10, 1e-10)
+    found = replace(solver.descend(bowl, np.zeros(3), spec(), 100), x=MIDDLE, value=0.0)
+    best = solver.polish(bowl, found, spec(), MIDDLE, 40)
+    np.testing.assert_array_equal(best.x, MIDDLE)
+    assert best.value == 0.0
 
 
 def test_a_polish_is_pulled_to_the_centre_it_is_given():
