@@ -25,9 +25,11 @@ from abs_engine.compare.borders import Borders, Groups
 from abs_engine.compare.prior import ContactPrior, GaussianPrior, InformationPrior
 from abs_engine.compare.residual_rows import Rows
 from abs_engine.core.errors import ParameterError
+from abs_engine.fit.forces import Forces
 from abs_engine.fit.head_frame import COLOUR, contact_prior, mouth_window
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import search
+from abs_engine.fit.settings import HEAD_FIT
 from abs_engine.fit.surface_jacobian import summed_along
 from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.optimise.newton import Newton
@@ -95,6 +97,42 @@ def test_borders_move_with_each_parameter_as_the_surface_does():
     np.testing.assert_allclose(fall, moved @ borders.gain, rtol=1e-3, atol=2e-3)
     expected = (moved * borders.curve) @ moved.T + np.outer(fall, fall) / 50
     np.testing.assert_allclose(bend, expected, rtol=2e-3, atol=2e-3 * np.abs(expected).max())
+
+
+class Pushed:
+    """Known forces on the vertices of the head."""
+
+    scene = SCENE
+    pushes = np.random.default_rng(5).normal(size=(len(SCENE.mean), 3))
+
+    def negative_log(self, candidates):
+        return np.zeros(len(candidates))
+
+    def forces(self, _candidate):
+        return self.pushes
+
+
+def test_forces_work_on_each_parameter_as_it_moves_the_surface():
+    x = np.r_[0.0, 0, 0, 3, -2, 5, 0.3 * start(2, ALL)[6:]]
+    forces = Forces(BASE, SETTING.face.blocks, {"pushed": Pushed()})
+
+    def vertices(y):
+        return BASE.pose(y).apply(SCENE.vertices(y[6:]).astype(np.float64))
+
+    moved = np.array([vertices(x + s) - vertices(x - s) for s in 1e-3 * np.eye(N)]) / 2e-3
+    worked = forces.generalised(BASE.candidates(x[None]))
+    expected = (moved * Pushed.pushes).sum(axis=(1, 2))
+    np.testing.assert_allclose(worked, expected, rtol=1e-3, atol=1e-3 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(("size", "shortened"), [(0.01, False), (100.0, True)])
+def test_a_first_stride_of_the_pose_is_shortened_and_never_lengthened(size, shortened):
+    forces = Forces(BASE, SETTING.face.blocks, {"pushed": Pushed()})
+    step = np.r_[0.0, 0, 0, size, 0, 0, np.ones(N - 6)]
+    made = forces.strides(step, BASE.candidates(np.zeros((1, N))))
+    assert made[3] == pytest.approx(HEAD_FIT.first_stride if shortened else size)
+    nodes = np.linalg.norm(np.tensordot(made[6:], SCENE.modes.astype(np.float64), 1), axis=1)
+    assert nodes.max() == pytest.approx(HEAD_FIT.first_stride, rel=1e-5)
 
 
 @pytest.mark.parametrize("case", range(8))
@@ -208,6 +246,23 @@ class Appears:
         there = np.column_stack([np.ones(len(first), bool), first > 0])
         rows = np.column_stack([first, 5.0 * (first > 0)])
         return Rows(rows, there, (rows**2).sum(axis=1))
+
+
+class Squares(Appears):
+    """The squares of a posture's distances from 0.5, which are compared everywhere."""
+
+    def rows(self, candidates):
+        rows = candidates.weights - 0.5
+        return Rows(rows, np.ones(rows.shape, bool), (rows**2).sum(axis=1))
+
+
+def test_a_sum_of_squares_has_its_own_slope_and_curvature():
+    made = Problem(BASE, SETTING.face.blocks, {"squares": Squares()}, ())
+    x = np.random.default_rng(0).normal(size=N)
+    value, slope, curve = made.newton(x, 2)
+    assert value == pytest.approx(((x[6:] - 0.5) ** 2).sum())
+    np.testing.assert_allclose(slope, np.r_[np.zeros(6), 2 * (x[6:] - 0.5)], atol=1e-9)
+    np.testing.assert_allclose(curve, np.diag(np.r_[np.zeros(6), np.full(N - 6, 2.0)]), atol=1e-9)
 
 
 def test_residuals_that_appear_with_a_step_are_no_slope():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -159,14 +157,6 @@ def test_a_held_objective_s_slope_and_curvature_are_those_of_its_values(x):
     np.testing.assert_allclose(2 * gradient, (ahead - back) / (2 * small), rtol=1e-5)
     bent = (ahead + back - 2 * value) / small**2
     np.testing.assert_allclose(2 * np.diag(matrix), bent, rtol=1e-3)
-
-
-def test_a_polish_along_the_axes_is_never_worse():
-    bowl, solver = Bowl(), AxesSimplex(300, 1e-10, 1e-10)
-    found = replace(solver.descend(bowl, np.zeros(3), spec(), 100), x=MIDDLE, value=0.0)
-    best = solver.polish(bowl, found, spec(), MIDDLE, 40)
-    np.testing.assert_array_equal(best.x, MIDDLE)
-    assert best.value == 0.0
 
 
 def test_a_polish_is_pulled_to_the_centre_it_is_given():
