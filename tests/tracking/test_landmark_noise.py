@@ -10,8 +10,8 @@ from drawn import correspondence
 
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.io.arrays import check_arrays
-from abs_engine.tracking.landmark_noise import LAYOUT, LandmarkNoise, learn_noise
-from abs_engine.tracking.landmarks import COUNT
+from abs_engine.tracking.landmark_noise import LAYOUT, LandmarkNoise, learn_noise, seen_off
+from abs_engine.tracking.landmarks import COUNT, SeenRays
 
 
 def made(seed=0, people=60, views=8):
@@ -56,6 +56,17 @@ def test_the_whole_variance_is_that_of_errors_of_many_frames():
     off = np.tensordot(rng.normal(size=(20_000, 2)), within, 1) + bias
     off += np.hypot(deviation, person) * rng.normal(size=off.shape)
     np.testing.assert_allclose(noise.whole, off.var(axis=0), rtol=0.05)
+
+
+def test_errors_are_along_the_eyes_and_down_the_face_of_a_head_that_leans():
+    rng = np.random.default_rng(5)
+    there = np.column_stack([rng.normal(0, 50, (COUNT, 2)), np.full(COUNT, 700.0)])
+    axes = np.array([[0.8, 0.6], [-0.6, 0.8]])
+    off = rng.normal(size=(COUNT, 3))
+    rays = (there[:, :2] + off[:, :2] @ axes) / 700
+    found = seen_off(there, SeenRays(rays, 1 + off[:, 2] / 700, axes, np.ones(COUNT), 0.001))
+    off[:, 2] -= off[:, 2].mean()  # how far away a face is, no network sees
+    np.testing.assert_allclose(found, off, atol=1e-9)
 
 
 def test_of_a_known_person_its_error_is_no_noise():
