@@ -22,7 +22,7 @@ from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError, TooFewPointsError
 from abs_engine.core.pose import POSE_NAMES
-from abs_engine.io.csv_table import read_table
+from abs_engine.io.csv_table import Table, read_table
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,37 +174,56 @@ def _whole(points: FloatArray, names: Sequence[str]) -> int:
 _REMEDY = "name the columns in line 1"
 
 
-def read_head_poses(path: Path, frames: int) -> HeadMotion:
+def read_head_poses(path: Path, frames: int, first: int = 0) -> HeadMotion:
     """Read a CSV of the head's pose: columns frame, rx, ry, rz (radians), tx, ty, tz (mm).
 
     Rotation vector and translation take head points to the world (that of the first camera).
-    Frames are counted from 0; empty cells: not known.
+    Empty cells: not known. Lines of other frames are ignored.
+
+    Parameters
+    ----------
+    frames, first : int
+        Number of frames, and the number of the first.
 
     Raises
     ------
     InputFileError
-        If the file is missing, lacks a column or a frame, a value is no number, or a rotation is
-        more than a full turn.
+        If the file is missing, lacks a column or a frame or has one twice, a value is no number, or
+        a rotation is more than a full turn.
     """
     table = read_table(path, empty_lines=True, small=True)
     table.require(("frame", *POSE_NAMES), _REMEDY)
     out = np.full((frames, 6), np.nan)
-    seen = np.zeros(frames, bool)
-    for number, pose in zip(
-        table.numbers(["frame"])[:, 0], table.numbers(POSE_NAMES, gaps=True), strict=True
-    ):
-        frame = int(np.nan_to_num(number, nan=-1.0))
-        if 0 <= frame < frames:
-            out[frame], seen[frame] = pose, True
-    if not seen.all():
-        raise InputFileError(
-            f"{path} has no line for frame {int((~seen).argmax())}",
-            f"give frames 0 to {frames - 1}",
-        )
+    lines = _lines_of_frames(table)
+    poses = table.numbers(POSE_NAMES, gaps=True)
+    for k in range(frames):
+        if first + k not in lines:
+            raise InputFileError(
+                f"{path} has no line for frame {first + k}",
+                f"give frames {first} to {first + frames - 1}",
+            )
+        out[k] = poses[lines[first + k]]
     out[~np.isfinite(out).all(axis=1)] = np.nan
-    for frame, vector in enumerate(out[:, :3]):
+    for frame, vector in enumerate(out[:, :3], start=first):
         refuse_turn(f"{path}, frame {frame}", vector)
     return HeadMotion(out[:, :3], out[:, 3:], np.where(np.isnan(out[:, 0]), np.nan, 0.0))
+
+
+def _lines_of_frames(table: Table) -> Mapping[int, int]:
+    """The row of each frame; rows without a frame are left out."""
+    out: dict[int, int] = {}
+    for row, number in enumerate(table.numbers(["frame"])[:, 0].tolist()):
+        if np.isnan(number):
+            continue
+        where = f"{table.path}, line {table.lines[row]}"
+        if not number.is_integer():
+            raise InputFileError(
+                f"{where}: '{number:g}' is not a frame number", "use whole numbers"
+            )
+        if int(number) in out:
+            raise InputFileError(f"{where}: frame {number:.0f} is given twice", "keep one")
+        out[int(number)] = row
+    return out
 
 
 def read_reference(path: Path) -> Mapping[str, FloatArray]:
@@ -213,13 +232,17 @@ def read_reference(path: Path) -> Mapping[str, FloatArray]:
     Raises
     ------
     InputFileError
-        If the file is missing, lacks a column, or a value is no number.
+        If the file is missing, lacks a column, has a point twice, or a value is no number.
     """
     table = read_table(path, small=True)
     table.require(("point", *"xyz"), _REMEDY)
-    out = {}
-    for name, place in zip(table.text("point"), table.numbers("xyz", gaps=True), strict=True):
+    out: dict[str, FloatArray] = {}
+    for line, name, place in zip(
+        table.lines, table.text("point"), table.numbers("xyz", gaps=True), strict=True
+    ):
         if not np.isfinite(place).all():
             raise InputFileError(f"{path} has no place for '{name}'", "give x, y and z")
+        if name in out:
+            raise InputFileError(f"{path}, line {line}: point '{name}' is given twice", "keep one")
         out[name] = place
     return out

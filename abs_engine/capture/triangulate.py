@@ -93,6 +93,28 @@ def crossing_angles(views: Sequence[View], pixels: FloatArray) -> FloatArray:
     return widest
 
 
+def check_sides(views: Sequence[View], points: FloatArray) -> None:
+    """Refuse points (N, 3), mm, world frame, most of which lie behind a mirror that shows them.
+
+    There they come to lie, as the mirror image of what they are, if the direct view and the
+    mirror's are exchanged; both explain the pixels equally well.
+
+    Raises
+    ------
+    ParameterError
+        If half of the points that are known, or more, lie there.
+    """
+    known = points[np.isfinite(points).all(axis=-1)]
+    for view in views:
+        if view.mirror is None or not len(known):
+            continue
+        if np.median(view.mirror.height(view.pose.apply(known))) < 0:
+            raise ParameterError(
+                "the points lie behind the mirror",
+                "exchange the views: view 1 is the direct one, view 2 the mirror image",
+            )
+
+
 def _crossing(views: Sequence[View], pixels: FloatArray) -> BoolArray:
     """Mask (N,) of the points that have lines of sight that cross widely enough."""
     angles = crossing_angles(views, pixels)

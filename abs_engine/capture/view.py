@@ -59,10 +59,13 @@ class Plane:
         """Linear part (3, 3) of the reflection."""
         return np.asarray(np.eye(3) - 2 * np.outer(self.normal, self.normal))
 
+    def height(self, points: FloatArray) -> FloatArray:
+        """How far (...) points (..., 3), mm, camera frame, lie before the mirror; < 0: behind."""
+        return np.asarray(points @ self.normal + self.distance)
+
     def reflect(self, points: FloatArray) -> FloatArray:
         """Mirror images (..., 3) of points (..., 3), mm, camera frame."""
-        height = points @ self.normal + self.distance
-        return np.asarray(points - 2 * height[..., None] * self.normal)
+        return np.asarray(points - 2 * self.height(points)[..., None] * self.normal)
 
 
 @dataclass(frozen=True, eq=False)

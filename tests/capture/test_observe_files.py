@@ -401,6 +401,49 @@ def test_head_poses_and_references(tmp_path: Path):
         read_reference(reference)
 
 
+def test_poses_are_of_the_frames_that_their_numbers_say(tmp_path: Path):
+    poses = tmp_path / "poses.csv"
+    lines = [f"{k},0,0,0,{k},0,0" for k in range(9)]
+    poses.write_text("\n".join(["frame,rx,ry,rz,tx,ty,tz", *lines]))
+    assert read_head_poses(poses, 3, first=5).translations[:, 0].tolist() == [5, 6, 7]
+    with pytest.raises(InputFileError, match="no line for frame 9; give frames 7 to 9"):
+        read_head_poses(poses, 3, first=7)
+
+
+def test_the_poses_of_markers_go_by_the_numbers_of_their_frames(tmp_path: Path):
+    path, poses = write_long(tmp_path / "m.csv", NAMES, talking(), first=100), tmp_path / "p.csv"
+    lines = [f"{k},0,0,0,{3 * (k - 100)},0,0" for k in range(90, 110)]
+    poses.write_text("\n".join(["frame,rx,ry,rz,tx,ty,tz", *lines]))
+    out = tmp_path / "o.npz"
+    words = ["--pose", str(poses), "--rate", "60", "-o", str(out)]
+    assert main(["observe", str(path), *words]) == 0
+    assert read_observations(out).points - FACE[16] == pytest.approx(expected(), abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("1,0,0,0,4,5,6", r"poses.csv, line 4: frame 1 is given twice; keep one"),
+        ("1.5,0,0,0,4,5,6", r"poses.csv, line 4: '1.5' is not a frame number; use whole numbers"),
+    ],
+)
+def test_a_pose_is_of_one_frame(tmp_path: Path, line: str, said: str):
+    poses = tmp_path / "poses.csv"
+    rows = ["frame,rx,ry,rz,tx,ty,tz", "0,0,0,0,1,2,3", "1,0,0,0,1,2,3"]
+    poses.write_text("\n".join([*rows, ",,,,,,"]))
+    assert read_head_poses(poses, 2).found.all()
+    poses.write_text("\n".join([*rows, line]))
+    with pytest.raises(InputFileError, match=said):
+        read_head_poses(poses, 2)
+
+
+def test_a_point_of_a_reference_has_one_place(tmp_path: Path):
+    reference = tmp_path / "reference.csv"
+    reference.write_text("point,x,y,z\na,1,2,3\nb,4,5,6\na,1,2,3\n")
+    with pytest.raises(InputFileError, match=r"line 4: point 'a' is given twice; keep one"):
+        read_reference(reference)
+
+
 def test_calibration_commands_that_lack_something_are_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from observed import before_cameras, two_cameras
+from observed import before_cameras, mirror_room, two_cameras
 
 from abs_engine.capture.dot_annotations import LIPS17
 from abs_engine.capture.head import HeadChoice, head_motion
@@ -16,6 +16,7 @@ from abs_engine.capture.session import Tracks
 from abs_engine.capture.view import View
 from abs_engine.cli import main
 from abs_engine.core.errors import TooFewPointsError
+from abs_engine.core.geometry import Pose
 from abs_engine.dataset import camera_json
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.io.assets import load_speaker
@@ -61,17 +62,21 @@ class Files:
             at = [place.rotation_vector], [place.translation]
             path.write_text(camera_json(CAMERA, *at))
         self.points = self.folder / "points.csv"
-        lines = [
-            f"0,{view + 1},{name},{x:.2f},{y:.2f}"
-            for view, places in enumerate(followed().pixels[:, 0])
-            for name, (x, y) in zip(LIPS17, places, strict=True)
-        ]
-        self.points.write_text("\n".join(["frame,view,point,x,y", *lines]))
+        self.write_points(followed().pixels[:, 0])
         self.pose = self.folder / "pose.csv"
         self.write_pose()
 
-    def write_pose(self, turn: float = 1.0, shift: float = 1.0) -> None:
-        turned, shifted = turn * HEAD.rotation_vector, shift * HEAD.translation
+    def write_points(self, pixels: np.ndarray) -> None:
+        """Where the dots are in frame 0, (V, N, 2)."""
+        lines = [
+            f"0,{view + 1},{name},{x:.2f},{y:.2f}"
+            for view, places in enumerate(pixels)
+            for name, (x, y) in zip(LIPS17, places, strict=True)
+        ]
+        self.points.write_text("\n".join(["frame,view,point,x,y", *lines]))
+
+    def write_pose(self, turn: float = 1.0, shift: float = 1.0, head: Pose = HEAD) -> None:
+        turned, shifted = turn * head.rotation_vector, shift * head.translation
         cells = ",".join(map(repr, np.r_[turned, shifted].tolist()))
         lines = [f"{k},{cells}" for k in range(FRAMES)]
         self.pose.write_text("\n".join(["frame,rx,ry,rz,tx,ty,tz", *lines]))
@@ -140,6 +145,26 @@ def test_calibrations_are_in_the_order_of_their_pair(files, capsys):
     said = files.refused(capsys)
     assert "left.json is the first camera of its pair" in said
     assert "exchange the two" in said
+
+
+def test_view_1_is_the_direct_one_and_view_2_the_mirrors(files, tracks, capsys):
+    """Exchanged, the pixels are those of a mirrored head behind the glass, to the last digit."""
+    camera, glass, pose = mirror_room()
+    with VideoWriter(files.folder / "both.mp4", camera.size, 25.0, 0) as video:
+        for _ in range(FRAMES):
+            video.write(np.full((*camera.size[::-1], 3), 90, np.uint8))
+    files.videos, files.cameras = [files.folder / "both.mp4"], files.cameras[:1]
+    files.cameras[0].write_text(camera_json(camera, mirror=glass.corners))
+    dots = pose.apply(DOTS)
+    pixels = np.stack([camera.project(dots), camera.project(glass.reflect(dots))])
+    files.write_pose(head=pose)
+    files.write_points(pixels[::-1])
+    tracks.append(replace(tracks[0], pixels=np.repeat(pixels[::-1, None], FRAMES, axis=1)))
+    said = files.refused(capsys)
+    assert "behind the mirror; exchange the views: view 1 is the direct one, view 2 the" in said
+    files.write_points(pixels)
+    tracks.append(replace(tracks[0], pixels=np.repeat(pixels[:, None], FRAMES, axis=1)))
+    assert files.observe() == 0
 
 
 def test_a_calibration_is_for_pictures_of_the_videos_size(files, capsys):

@@ -15,6 +15,7 @@ from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.calibrate import board_options, calibrate
 from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.cli.parts.dots_film import DotsFilm
+from abs_engine.cli.parts.dots_views import views_of
 from abs_engine.cli.parts.drawing import note
 from abs_engine.cli.parts.progress import Progress
 from abs_engine.core.errors import ParameterError
@@ -25,13 +26,13 @@ if TYPE_CHECKING:
     from abs_engine.capture.head import HeadChoice
     from abs_engine.capture.observations import Observations
     from abs_engine.capture.session import Moment
-    from abs_engine.capture.view import View
 
 _NOTES = """\
 Points and corrections are CSV files with the columns frame, view, point, x, y (or JSON): frames
 from 0, views from 1, pixels from 0 at the top left; leave x and y empty where the dot cannot be
-seen. Any names will do, but 'train' learns from 16 points of the lips, which are given together
-with the nose, in rows from the subject's right to the left:
+seen. With a mirror, view 1 is the direct one and view 2 the mirror image. Any names will do, but
+'train' learns from 16 points of the lips, which are given together with the nose, in rows from the
+subject's right to the left:
   corner_right, upper_outer_1 to _3, corner_left, lower_outer_1 to _3, upper_inner_1 to _4,
   lower_inner_1 to _4, nose
 and others as you like. To correct: look at --overlay, edit the lines of --review, and
@@ -132,7 +133,7 @@ def _videos(chosen: Chosen, videos: Sequence[Path]) -> Done:
     from abs_engine.capture.head_points import points_of_head
     from abs_engine.capture.observations import write_observations
     from abs_engine.capture.session import follow_videos, review
-    from abs_engine.capture.triangulate import triangulate
+    from abs_engine.capture.triangulate import check_sides, triangulate
     from abs_engine.io.video import probe
 
     for needed in ("calibration", "points"):
@@ -141,13 +142,13 @@ def _videos(chosen: Chosen, videos: Sequence[Path]) -> Done:
     for path, ending in ((chosen.review, ".csv"), (chosen.overlay, ".mp4")):
         if path is not None:
             check_free(path, ending)
-    views, points = _views(chosen.calibration, videos), read_marks(chosen.points)
+    views, points = views_of(chosen.calibration, videos), read_marks(chosen.points)
     corrections = read_marks(chosen.corrections) if chosen.corrections else ()
     info = probe(videos[0])
     head = _head(chosen, info.frames)
     names, places = initial_places(points, len(views))
     head.check(names)
-    triangulate(views, places)  # complains of views that leave depth open before the long work
+    check_sides(views, triangulate(views, places).points)  # what is wrong, before the long work
     with ExitStack() as stack:
         progress = stack.enter_context(Progress("observing"))
         overlay = stack.enter_context(DotsFilm(chosen.overlay, info.rate))
@@ -181,54 +182,14 @@ def _order(observed: Observations, largest_error: float) -> list[str]:
     ]
 
 
-def _views(files: Sequence[Path], videos: Sequence[Path]) -> list[View]:
-    from abs_engine.capture.view import Plane, View
-    from abs_engine.dataset import load_placed_camera
-    from abs_engine.dataset.sums import check_distinct
-    from abs_engine.io.video import probe
-
-    placed = [load_placed_camera(path) for path in files]
-    if len(placed) != len(videos):
-        raise ParameterError(
-            f"{len(videos)} videos and {len(placed)} calibrations were given",
-            "give one video and a camera with a mirror, or two of each",
-        )
-    for path, one, video in zip(files, placed, videos, strict=True):
-        if len(one.rotations) > 1:
-            raise ParameterError(f"the camera of {path} moves", "give one that stands still")
-        size = probe(video).size
-        if one.camera.size != size:
-            raise ParameterError(
-                "{} is for pictures of {}x{} pixels, {} has {}x{}".format(
-                    path, *one.camera.size, video, *size
-                ),
-                "calibrate with pictures of the video's size",
-            )
-    check_distinct([(video, video) for video in videos], "give the other camera's video")
-    if [one.at_origin for one in placed] == [False, True]:
-        raise ParameterError(
-            f"{files[1]} is the first camera of its pair, but {files[0]} was given before it",
-            "exchange the two, and give videos and views in the same order",
-        )
-    views = [View(one.camera, one.pose(0)) for one in placed]
-    if len(placed) == 1:
-        if placed[0].mirror is None:
-            raise ParameterError(
-                f"{files[0]} has no mirror, and one view leaves depth open",
-                "give a second video with its calibration, or calibrate with --mirror",
-            )
-        views.append(View(placed[0].camera, placed[0].pose(0), Plane.through(placed[0].mirror)))
-    return views
-
-
-def _head(chosen: Chosen, frames: int) -> HeadChoice:
+def _head(chosen: Chosen, frames: int, first: int = 0) -> HeadChoice:
     from abs_engine.capture.head import HeadChoice, read_head_poses, read_reference
 
     rigid = tuple(n.strip() for n in (chosen.rigid or "").split(",") if n.strip())
     if chosen.reference is not None and not rigid:
         raise ParameterError("--reference goes with --rigid", "name the rigid points")
     reference = None if chosen.reference is None else read_reference(chosen.reference)
-    motion = None if chosen.pose is None else read_head_poses(chosen.pose, frames)
+    motion = None if chosen.pose is None else read_head_poses(chosen.pose, frames, first)
     return HeadChoice(rigid, reference, motion, chosen.unturned)
 
 
@@ -240,7 +201,7 @@ def _markers(chosen: Chosen, files: Sequence[Path]) -> Done:
     if len(files) > 1:
         raise ParameterError("several marker files were given", "give one")
     markers = read_markers(files[0], chosen.rate, chosen.unit, note).renamed(dict(chosen.rename))
-    head = _head(chosen, len(markers.points))
+    head = _head(chosen, len(markers.points), markers.first)
     observed = points_of_markers(markers, head, source=f"markers of {files[0].name}")
     write_observations(chosen.output, observed)
     return _done(chosen, observed)
