@@ -16,7 +16,7 @@ from abs_engine.capture.observations import Observations
 from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.errors import ParameterError, VideoError
-from abs_engine.io.video import probe, read_frames
+from abs_engine.io.video import VideoInfo, probe, read_frames
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +81,11 @@ def follow_videos(
     Raises
     ------
     VideoError
-        If a video cannot be read, or two differ in rate or length.
+        If a video cannot be read, or two differ in rate, length, or times of their frames.
     TooFewPointsError
         If a dot is not given in a view.
     ModelFormatError, ParameterError
-        If a mark names a view, a dot or a frame that there is not.
+        If a mark names a view, a dot or a frame that there is not, or a place outside of it.
     """
     rate, frames = _rate_and_frames(videos)
     again = {(m.frame, m.view, m.point) for m in corrections}
@@ -96,11 +96,11 @@ def follow_videos(
         raise ParameterError(
             f"a correction is for frame {max(given)}", f"the video has frames 0 to {frames - 1}"
         )
+    _check_inside(marks, videos)
     followers: list[DotFollower] = []
     seen: list[list[Sighting]] = []
     for frame, images in enumerate(_together(videos)):
         if frame == 0:
-            _check_inside(places, images, names)
             followers = [DotFollower(i, p) for i, p in zip(images, places, strict=True)]
             now = [f.start for f in followers]
         else:
@@ -135,7 +135,23 @@ def _rate_and_frames(videos: Sequence[Path]) -> tuple[float, int]:
             f"the videos have {first.frames} and {last.frames} frames",
             "cut them to begin and end together",
         )
+    _check_together(first, last)
     return first.rate, first.frames
+
+
+def _check_together(one: VideoInfo, other: VideoInfo) -> None:
+    """Refuse videos whose files say that frames of one number are of different moments."""
+    if not (one.times and other.times):
+        return
+    apart = np.abs(np.subtract(one.times, other.times)) * one.rate
+    wrong = np.flatnonzero(apart > CAPTURE.times_apart)
+    if len(wrong):
+        k = int(wrong[0])
+        raise VideoError(
+            f"frame {k} comes {one.times[k]:.3f} s after the first in one video and "
+            f"{other.times[k]:.3f} s in the other",
+            "film so that no camera loses frames, or cut both to frames of the same moments",
+        )
 
 
 def review(tracks: Tracks, observed: Observations) -> Iterator[tuple[Mark, dict[str, object]]]:
@@ -187,12 +203,16 @@ def _by_frame(
     return out
 
 
-def _check_inside(places: FloatArray, images: Sequence[Image], names: Sequence[str]) -> None:
-    for view, (at, image) in enumerate(zip(places, images, strict=True)):
-        limit = np.array([image.shape[1], image.shape[0]]) - 0.5
-        outside = np.flatnonzero(((at < -0.5) | (at > limit)).any(axis=1))
-        if len(outside):
+def _check_inside(marks: Sequence[Mark], videos: Sequence[Path]) -> None:
+    """Refuse marks outside of the pictures of their views."""
+    sizes = [probe(video).size for video in videos]
+    for mark in marks:
+        if mark.place is None:
+            continue
+        limit = np.array(sizes[mark.view % len(sizes)]) - 0.5
+        if (np.less(mark.place, -0.5) | (mark.place > limit)).any():
             raise ParameterError(
-                f"point '{names[outside[0]]}' of view {view + 1} is outside of the picture",
-                "give pixels, counted from 0 at the top left",
+                f"point '{mark.point}' of view {mark.view + 1} is outside of the picture in frame "
+                f"{mark.frame}",
+                "give pixels, counted from 0 at the top left, or none where it cannot be seen",
             )

@@ -82,6 +82,8 @@ class CaptureSettings:
         Whose motion says where a dot is expected. Not measured.
     rates_apart : float, share
         By which the frame rates of two videos may differ. Not measured.
+    times_apart : float, frames
+        Between frames of one number in two videos, by the files' times, at most. Not measured.
     uneven : float, ratio
         Of a step in time and the usual one, or the reverse, at most. Not measured.
     smallest : float, mm
@@ -143,6 +145,7 @@ class CaptureSettings:
     dot_patch: float = 2.2
     neighbours: int = 4
     rates_apart: float = 1e-3
+    times_apart: float = 0.5
     uneven: float = 1.5
     smallest: float = 35.0
     flat: float = 2.0

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from observed import before_cameras, mirror_room, two_cameras
 
-from abs_engine.capture.dot_annotations import LIPS17
+from abs_engine.capture.dot_annotations import LIPS17, Mark
 from abs_engine.capture.head import HeadChoice, head_motion
 from abs_engine.capture.head_points import points_of_head
-from abs_engine.capture.session import Tracks
+from abs_engine.capture.session import Tracks, follow_videos
 from abs_engine.capture.view import View
 from abs_engine.cli import main
-from abs_engine.core.errors import TooFewPointsError
+from abs_engine.core.errors import ParameterError, TooFewPointsError, VideoError
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset import camera_json
 from abs_engine.face.shape.lip_dots import lips17
@@ -178,6 +178,35 @@ def test_a_calibration_is_for_pictures_of_the_videos_size(files, capsys):
 def test_a_video_is_not_given_twice(files, capsys):
     files.videos[1].write_bytes(files.videos[0].read_bytes())
     assert "right.mp4 come from the same video; give the other camera's" in files.refused(capsys)
+
+
+def write_timed(path: Path, times: list[float]) -> None:
+    """A video of nothing with frames at these moments, seconds."""
+    with VideoWriter(path, CAMERA.size, 25.0, 0, uneven=True) as video:
+        for time in times:
+            video.write(np.full((*CAMERA.size[::-1], 3), 90, np.uint8), time)
+
+
+def test_videos_that_lost_different_frames_are_named(files):
+    """Their numbers of frames and their rates agree, as each lost one."""
+    follow = [Mark(0, v, "nose", (300.0, 300.0)) for v in range(2)]
+    write_timed(files.videos[0], [k / 25 + 0.004 * (k % 2) for k in range(11) if k != 7])
+    write_timed(files.videos[1], [k / 25 for k in range(11) if k != 4])
+    with pytest.raises(VideoError, match=r"frame 4 comes 0\.160 s .* and 0\.200 s in the other"):
+        follow_videos(files.videos, follow)
+    write_timed(files.videos[1], [k / 25 for k in range(11) if k != 7])
+    assert follow_videos(files.videos, follow).pixels.shape[1] == 10
+
+
+@pytest.mark.parametrize("place", [(-30.0, 200.0), (200.0, -4.0), (640.0, 200.0)])
+@pytest.mark.parametrize("view", [0, 1])
+def test_corrections_outside_of_the_picture_are_named(files, view, place):
+    marks = [Mark(0, v, "nose", (300.0, 300.0)) for v in range(2)]
+    wrong = [Mark(2, view, "nose", place)]
+    said = f"'nose' of view {view + 1} is outside of the picture in frame 2; give pixels"
+    for points, corrections in ((marks, wrong), ([*marks, *wrong], [])):
+        with pytest.raises(ParameterError, match=said):
+            follow_videos(files.videos, points, corrections)
 
 
 def test_points_that_count_frames_from_1_are_named(files, capsys):
