@@ -69,16 +69,27 @@ def read_marks(path: Path) -> tuple[Mark, ...]:
     Raises
     ------
     InputFileError
-        If the file is missing, is neither, lacks a column, or a value is no number.
+        If the file is missing, is neither, lacks a column, a value is no number, or a point is
+        given twice for a frame and a view.
     ModelFormatError
         If a JSON file has another format or version.
     """
     path = Path(path)
     rows = _json_rows(path) if path.suffix.lower() == ".json" else _csv_rows(path)
-    marks = tuple(_mark(path, line, row) for line, row in rows)
+    marks: dict[tuple[int, int, str], Mark] = {}
+    for line, row in rows:
+        mark = _mark(path, line, row)
+        key = mark.frame, mark.view, mark.point
+        if key in marks:
+            raise InputFileError(
+                f"{path}, {line}: point '{mark.point}' is given twice for frame {mark.frame} and "
+                f"view {mark.view + 1}",
+                "keep one",
+            )
+        marks[key] = mark
     if not marks:
         raise InputFileError(f"{path} holds no points", _REMEDY)
-    return marks
+    return tuple(marks.values())
 
 
 def write_marks(rows: Iterable[tuple[Mark, Mapping[str, object]]]) -> str:
@@ -197,7 +208,7 @@ def _mark(path: Path, line: str, row: Mapping[str, object]) -> Mark:
     point = named.strip() if isinstance(named, str) else ""
     try:
         frame, view = (
-            int(str(row.get(k) if row.get(k) not in (None, "") else d))
+            _whole(str(row.get(k) if row.get(k) not in (None, "") else d))
             for k, d in (("frame", 0), ("view", 1))
         )
         values = [str("" if row.get(k) is None else row[k]).strip().lower() for k in ("x", "y")]
@@ -208,3 +219,10 @@ def _mark(path: Path, line: str, row: Mapping[str, object]) -> Mark:
     if not point or not 0 <= frame <= MOST:
         raise InputFileError(f"{path}, {line} names no point, frame or place", _REMEDY)
     return Mark(frame, view - 1, point, place)
+
+
+def _whole(cell: str) -> int:
+    number = to_number(cell)
+    if not number.is_integer():
+        raise ValueError(f"{cell!r} is not a whole number")
+    return int(number)

@@ -316,6 +316,30 @@ def test_points_are_read_from_csv_and_json(tmp_path: Path):
             read_marks(table)
 
 
+@pytest.mark.parametrize("again", ["9,1,nose,3,4", "9,1,nose,,", "9.0,,nose,1,2"])
+def test_a_point_has_one_place_in_a_frame_of_a_view(tmp_path: Path, again: str):
+    table = tmp_path / "p.csv"
+    rows = ["frame,view,point,x,y", "9,1,nose,,", "8,1,nose,1,2", "9,2,nose,1,2", "9,1,chin,1,2"]
+    table.write_text("\n".join(rows))
+    assert len(read_marks(table)) == 4
+    table.write_text("\n".join([*rows, again]))
+    said = r"p\.csv, line 6: point 'nose' is given twice for frame 9 and view 1; keep one"
+    with pytest.raises(InputFileError, match=said):
+        read_marks(table)
+
+
+def test_numbers_of_frames_and_views_may_have_a_point(tmp_path: Path):
+    """As spreadsheets and pandas write them; a fraction of a frame there is not."""
+    table, tree = tmp_path / "p.csv", tmp_path / "p.json"
+    table.write_text("frame,view,point,x,y\n9.0,2.0,nose,1,2\n")
+    rows = [{"frame": 9.0, "view": 2.0, "point": "nose", "x": 1, "y": 2}]
+    tree.write_text(json.dumps({"format": "abs_engine.dots", "version": 1, "points": rows}))
+    assert read_marks(table) == read_marks(tree) == (Mark(9, 1, "nose", (1.0, 2.0)),)
+    table.write_text("frame,view,point,x,y\n9.5,2,nose,1,2\n")
+    with pytest.raises(InputFileError, match=r"line 2: '9\.5' is not a whole number; give columns"):
+        read_marks(table)
+
+
 def test_points_that_are_missing_or_double_are_named():
     every = [Mark(0, v, n, (1.0, 2.0)) for v in (0, 1) for n in LIPS17]
     names, places = initial_places([*every, *(Mark(0, v, "x", (3.0, 4.0)) for v in (0, 1))], 2)

@@ -147,6 +147,21 @@ def test_calibrations_are_in_the_order_of_their_pair(files, capsys):
     assert "exchange the two" in said
 
 
+def test_calibrations_of_two_single_cameras_are_no_pair(files, capsys):
+    for path in files.cameras:
+        path.write_text(camera_json(CAMERA))
+    said = files.refused(capsys)
+    assert "left.json and " in said
+    assert "right.json are both of a first or single camera; calibrate the two together" in said
+
+
+@pytest.mark.parametrize("error", ["nan", "0", "-1", "inf"])
+def test_a_largest_error_that_is_none_is_refused(files, capsys, error):
+    words = [*files.videos, "--largest-error", error, "-o", files.folder / "o.npz"]
+    assert main(["observe", *map(str, words)]) == 2
+    assert f"{error} is not a number above 0" in capsys.readouterr().err
+
+
 def test_view_1_is_the_direct_one_and_view_2_the_mirrors(files, tracks, capsys):
     """Exchanged, the pixels are those of a mirrored head behind the glass, to the last digit."""
     camera, glass, pose = mirror_room()

@@ -68,7 +68,7 @@ def _rename(text: str) -> tuple[str, str]:
             type=take.PATH),
         take.file("--overlay", "write the video with the dots drawn on it, an MP4",
             type=take.PATH),
-        take.option("--largest-error", type=take.number, default=CAPTURE.largest_error,
+        take.option("--largest-error", type=take.positive, default=CAPTURE.largest_error,
             metavar="PX",
             text=f"largest reprojection error of a point (default: {CAPTURE.largest_error:g})"),
     ),

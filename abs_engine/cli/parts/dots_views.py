@@ -37,7 +37,13 @@ def views_of(files: Sequence[Path], videos: Sequence[Path]) -> list[View]:
                 "calibrate with pictures of the video's size",
             )
     check_distinct([(video, video) for video in videos], "give the other camera's video")
-    if [one.at_origin for one in placed] == [False, True]:
+    firsts = [one.at_origin for one in placed]
+    if firsts == [True, True]:
+        raise ParameterError(
+            f"{files[0]} and {files[1]} are both of a first or single camera",
+            "calibrate the two together, with the second camera's pictures as --second",
+        )
+    if firsts == [False, True]:
         raise ParameterError(
             f"{files[1]} is the first camera of its pair, but {files[0]} was given before it",
             "exchange the two, and give videos and views in the same order",
