@@ -159,9 +159,10 @@ class DotFollower:
     ) -> Sighting:
         """Take over what was found and what a person said, and remember it."""
         corrected = np.zeros(len(places), bool)
+        corrected[list(given)] = True
         for i, place in given.items():
-            corrected[i] = True
             places[i], scores[i] = (np.nan, 0.0) if place is None else self._snap(picture, place)
+        self._keep_apart(picture, places, scores, given)
         sure = np.isfinite(places[:, 0]) & (corrected | (scores >= CAPTURE.sure))
         self._lose_strays(places, scores, sure)
         found = np.asarray(np.isfinite(places).all(axis=1))
@@ -199,22 +200,44 @@ class DotFollower:
             if corrected[i]:
                 self._first[i] = self._latest[i]
 
+    def _keep_apart(
+        self, picture: Map, places: FloatArray, scores: FloatArray, given: Corrections
+    ) -> None:
+        """Leave, in place, where a person says it is a dot that was moved onto another given one.
+
+        Of two the one that was moved less keeps the peak; dots that overlap may have only one.
+        """
+        said = {i: np.asarray(place, np.float64) for i, place in given.items() if place is not None}
+        by_move = sorted(said, key=lambda i: float(np.linalg.norm(places[i] - said[i])))
+        for k, i in enumerate(by_move):
+            before = places[by_move[:k]]
+            if (np.linalg.norm(before - places[i], axis=1) < CAPTURE.same).any():
+                places[i], scores[i] = said[i], self._score(picture, said[i])
+
     def _snap(self, picture: Map, place: Sequence[float]) -> tuple[FloatArray, float]:
         """The best dot near a place that a person gives; the place itself where there is none."""
         at = np.asarray(place, np.float64)
-        reach = CAPTURE.snap * self.model.radius
-        half = int(np.ceil(reach)) + self.model.template.shape[0]
-        part, origin = cut(picture, at, half)
-        match = self.model.match(np.asarray(part, np.float32))
+        origin, match = self._around(picture, at)
         peaks = find_peaks(match, CAPTURE.least)
         away = np.linalg.norm(peaks.places + origin - at, axis=1)
-        near = np.flatnonzero(away <= reach)
+        near = np.flatnonzero(away <= CAPTURE.snap * self.model.radius)
         if len(near):
             best = near[peaks.scores[near].argmax()]
             return peaks.places[best] + origin, float(peaks.scores[best])
+        return at, self._score(picture, at)
+
+    def _score(self, picture: Map, at: FloatArray) -> float:
+        """How much a place looks like a dot, from 0 on."""
+        origin, match = self._around(picture, at)
         x, y = np.rint(at - origin).astype(int)
         inside = 0 <= y < match.shape[0] and 0 <= x < match.shape[1]
-        return at, max(float(match[y, x]), 0.0) if inside else 0.0
+        return max(float(match[y, x]), 0.0) if inside else 0.0
+
+    def _around(self, picture: Map, at: FloatArray) -> tuple[FloatArray, Map]:
+        """The correlation with a disc around a place, and where (x, y) its map begins."""
+        half = int(np.ceil(CAPTURE.snap * self.model.radius)) + self.model.template.shape[0]
+        part, origin = cut(picture, at, half)
+        return origin, self.model.match(np.asarray(part, np.float32))
 
 
 def _with_neighbours(

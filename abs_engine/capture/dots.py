@@ -13,8 +13,12 @@ from abs_engine.core.arrays import FloatArray, Image
 
 Map = NDArray[np.float32]
 
-_LEAST, _MOST, _APART = CAPTURE.radii
-_RADII = np.arange(_LEAST, _MOST + _APART / 2, _APART)
+
+def _steps(first: float, last: float, step: float) -> FloatArray:
+    return np.arange(first, last + step / 2, step)
+
+
+_RADII, _LARGER = _steps(*CAPTURE.radii), _steps(*CAPTURE.larger_radii)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,19 +86,30 @@ def learn_dots(image: Image, places: FloatArray) -> DotModel:
     """Colour weights and radius of dots whose places are about known.
 
     The colours are Fisher's linear discriminant between the dots and the skin around them. Colour
-    and radius depend on each other, so they are found twice in turn.
+    and radius depend on each other, so they are found twice in turn. Larger radii are tried only
+    where those tried first leave it open whether one of them is right.
 
     Parameters
     ----------
     places : (N, 2) float64, px
     """
-    model = DotModel(np.array([-1.0, -1.0, -1.0]) / 3, 0.0)
+    model, score = _learned(image, places, _RADII)
+    if model.radius in (_RADII[0], _RADII[-1]) or score < CAPTURE.least:
+        larger, better = _learned(image, places, _LARGER)
+        if better > score:
+            return larger
+    return model
+
+
+def _learned(image: Image, places: FloatArray, radii: FloatArray) -> tuple[DotModel, float]:
+    """The dots with the best of some radii, and its score."""
+    model, score = DotModel(np.array([-1.0, -1.0, -1.0]) / 3, 0.0), 0.0
     for _ in range(2):
         picture = model.picture(image)
-        scores = [_score(picture, places, radius) for radius in _RADII]
-        radius = float(_RADII[int(np.argmax(scores))])
+        scores = [_score(picture, places, radius) for radius in radii]
+        radius, score = float(radii[int(np.argmax(scores))]), max(scores)
         model = DotModel(_discriminant(image, places, radius), radius)
-    return model
+    return model, score
 
 
 def _score(picture: Map, places: FloatArray, radius: float) -> float:

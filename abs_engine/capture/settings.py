@@ -50,6 +50,9 @@ class CaptureSettings:
     radii : tuple of float, px
         Radii of dots that are tried, from the first to the second by steps of the third. Not
         measured.
+    larger_radii : tuple of float, px
+        The same of those tried after that where the first or the last of `radii` is the best, or
+        none correlates by `least`. Not measured.
     surround : float, radii
         Half the side of a dot's window: the dot, and as much of the skin around it. Not measured.
     dot_blur : float, px
@@ -72,6 +75,8 @@ class CaptureSettings:
         what is there is something else that is round. Not measured.
     snap : float, radii
         By which a place that a person gives is moved to the best dot at most. Not measured.
+    same : float, px
+        Apart, below which two dots that a person gives were moved to the same one. Not measured.
     miss : float, costs
         Of leaving a dot without a place: a squared distance of `reach` costs 1. Not measured.
     unlike : float, costs
@@ -130,6 +135,7 @@ class CaptureSettings:
     narrowest: float = 3.0
     largest_error: float = 1.5
     radii: tuple[float, float, float] = (1.0, 8.0, 0.25)
+    larger_radii: tuple[float, float, float] = (8.5, 32.0, 0.5)
     surround: float = 1.9
     dot_blur: float = 0.7
     dot_core: float = 0.6
@@ -140,6 +146,7 @@ class CaptureSettings:
     sure: float = 0.7
     stray: float = 2.0
     snap: float = 1.5
+    same: float = 0.5
     miss: float = 1.3
     unlike: float = 1.0
     dot_patch: float = 2.2

@@ -17,6 +17,16 @@ GRID = np.array([[40.0 + 30 * i, 40.0 + 30 * j] for j in range(3) for i in range
 FADING, FRAMES, RADIUS = 5, 14, 3.0
 
 
+def painted(size: tuple[int, int], places: np.ndarray, radius: float) -> np.ndarray:
+    """Dots of ink on skin, without noise."""
+    out = np.full((*size[::-1], 3), SKIN, np.uint8)
+    for place in places:
+        centre = tuple(int(c) for c in np.rint(place * 16))
+        cv2.circle(out, centre, int(radius * 16), INK, -1, cv2.LINE_AA, 4)
+    noisy = out + np.random.default_rng(0).normal(0, 3, out.shape)
+    return np.uint8(np.clip(noisy, 0, 255))
+
+
 def picture(frame: int) -> np.ndarray:
     """All dots move to the right by a pixel a frame; one is gone after two, and a mole wanders."""
     large, scale = np.full((130 * 4, 200 * 4, 3), SKIN, np.uint8), 4
@@ -73,3 +83,24 @@ def test_a_dot_that_a_person_says_is_hidden_misleads_no_neighbour():
     seen = [follower.step(picture(t), hidden) for t in range(1, FRAMES)]
     assert not seen[-1].found[FADING]
     assert not seen[-1].found[FADING - 1]
+
+
+@pytest.mark.parametrize("radius", [6.0, 10.0, 14.0, 20.0])
+def test_large_dots_are_followed_too(radius):
+    """As beads of 4 mm in a close-up are; those of usual sizes are tried first."""
+    places = np.array([[120.0 + 130 * i, 120.0 + 130 * j] for j in range(2) for i in range(3)])
+    follower = DotFollower(painted((500, 370), places, radius), places + 1.5)
+    assert follower.model.radius == pytest.approx(radius, abs=0.5)
+    seen = [follower.start, follower.step(painted((500, 370), places + 4, radius))]
+    for moved, sighting in zip((0, 4), seen, strict=True):
+        assert sighting.places == pytest.approx(places + moved, abs=0.2)
+        assert sighting.scores.min() > 0.9
+
+
+def test_overlapping_dots_keep_the_places_at_which_a_person_points():
+    """Two whose discs meet make one peak between or beside them: the other stays where it is."""
+    places = np.array([[100.0, 60], [40, 60], [100, 120], [40, 120], [104, 124.0]])
+    start = DotFollower(painted((160, 180), places, 4.0), places).start
+    apart = np.linalg.norm(start.places[2] - start.places[4])
+    assert apart > 3
+    assert np.linalg.norm(start.places - places, axis=1).max() < 3
