@@ -61,7 +61,7 @@ def calibrate_camera(pictures: Sequence[Corners], size: tuple[int, int]) -> Cali
     if not pictures:
         raise CalibrationError(
             "the board was found in no picture",
-            "check --squares (columns before rows), --board and --dictionary",
+            "check --squares (columns before rows), --board, --marker and --dictionary",
         )
     if len(pictures) < CAPTURE.least_pictures:
         raise CalibrationError(

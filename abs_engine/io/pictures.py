@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 
 from abs_engine.core.errors import InputFileError
+from abs_engine.io.inputs import is_there
 
 MOST_PIXELS = 1 << 26
 """Of a picture, or of a frame of a video."""
@@ -25,6 +26,8 @@ def read_image(path: Path) -> NDArray[np.uint8]:
     InputFileError
         If it is missing, no picture, or larger than `MOST_PIXELS`.
     """
+    if not is_there(path):
+        raise InputFileError(f"{path} does not exist", "check the path")
     image = decoded(path.read_bytes()) if path.is_file() else None
     if image is None:
         raise InputFileError(

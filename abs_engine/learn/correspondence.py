@@ -188,7 +188,7 @@ def _check_names(mean: FloatArray, home: FloatArray) -> None:
             f"the dots {one} and {other} have each other's place: laid on the average head, the "
             f"mean dots are {own:.1f} mm RMS from its own, and {exchanged[best]:.1f} if these two "
             "are exchanged",
-            "exchange their names in the marker file, or correct them and observe again",
+            "exchange their names in the file of points or markers, and observe again",
         )
 
 

@@ -478,10 +478,14 @@ def test_calibration_commands_that_lack_something_are_one_line(
     board, out = ["--squares", "7", "5", "--square", "20"], ["-o", str(tmp_path / "c.json")]
     cases = [
         ([str(wall), *out], "--squares"),
-        ([str(wall), *board, *out], "found in no picture; check --squares (columns before rows)"),
+        (
+            [str(wall), *board, *out],
+            "found in no picture; check --squares (columns before rows), --board, --marker and",
+        ),
         ([str(wall), *board, "--board", "chessboard", "--mirror", *out], "ChArUco"),
         ([str(wall), *board, "--second", str(wall), *out], "--second-output"),
-        ([str(tmp_path / "no.png"), *board, *out], "not a readable picture"),
+        ([str(wall), *board, "--second", str(wall), "--second-output", out[1], *out], "two names"),
+        ([str(tmp_path / "no.png"), *board, *out], "no.png does not exist"),
     ]
     for arguments, told in cases:
         assert main(["observe", "calibrate", *arguments]) == 2

@@ -253,8 +253,8 @@ def test_pictures(tmp_path):
     cv2.imwrite(str(tmp_path / "p.png"), picture[..., ::-1])
     np.testing.assert_array_equal(read_image(tmp_path / "p.png"), picture)
     (tmp_path / "t.png").write_text("no")
-    for name in ("t.png", "none.png"):
-        with pytest.raises(InputFileError, match="not a readable picture"):
+    for name, said in (("t.png", "not a readable picture"), ("none.png", "does not exist; check")):
+        with pytest.raises(InputFileError, match=said):
             read_image(tmp_path / name)
 
 

@@ -161,7 +161,15 @@ def test_the_command_says_what_is_to_be_known_of_a_head(built):
     swapped |= {"jawLeft": MOVES["jawRight"], "jawRight": MOVES["jawLeft"]}
     swapped |= {f"own_{k}": MOVES["jawLeft"] for k in range(20)}
     said = "\n".join(report(built(swapped, '[regions]\nHead = "skin"\n')))
-    assert "warning: without mouthPressLeft, mouthPressRight, tracked lips cannot be" in said
+    assert (
+        "warning: without mouthPressLeft, mouthPressRight, tracked lips cannot be pressed as they "
+        "are in speech\n"
+    ) in said
+    bare = {k: v for k, v in MOVES.items() if k not in ("mouthClose", "mouthPucker")}
+    assert (
+        "without mouthClose, mouthPressLeft, mouthPressRight, mouthPucker, tracked lips cannot be "
+        "rounded, pressed or closed over an open jaw as they are in speech"
+    ) in "\n".join(report(built(bare)))
     assert "left and right were exchanged" in said
     assert "own_0" in said
     assert "own_19" in said, "all are named: a table needs their names"

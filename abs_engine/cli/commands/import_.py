@@ -8,7 +8,7 @@ from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.cli.parts.drawing import opened, print_hints
 from abs_engine.cli.parts.progress import Progress
-from abs_engine.core.words import listed
+from abs_engine.core.words import joined, listed
 from abs_engine.face.schema import Pair, Unit, units_of
 from abs_engine.io.files import check_free
 
@@ -16,8 +16,12 @@ if TYPE_CHECKING:
     from abs_engine.learn.heads.build import ImportedHead
 
 
-_LIPS = units_of(Unit.MOUTH_CLOSE, Unit.MOUTH_FUNNEL, Unit.MOUTH_PUCKER, Pair.MOUTH_PRESS)
-"""Face units that speech needs beside `jawOpen`."""
+_LIPS = {
+    "rounded": units_of(Unit.MOUTH_FUNNEL, Unit.MOUTH_PUCKER),
+    "pressed": units_of(Pair.MOUTH_PRESS),
+    "closed over an open jaw": units_of(Unit.MOUTH_CLOSE),
+}
+"""What lips do in speech, and the face units that they need for it beside `jawOpen`."""
 
 
 @command(
@@ -77,11 +81,12 @@ def report(made: ImportedHead) -> list[str]:
     ]
     if made.missing:
         lines.append(f"face units that it lacks, which move nothing: {listed(made.missing)}")
-    shut = [name for name in made.missing if name in _LIPS]
+    shut = [name for name in made.missing if any(name in units for units in _LIPS.values())]
     if shut:
+        done = [what for what, units in _LIPS.items() if set(units) & set(shut)]
         lines.append(
-            f"warning: without {listed(shut)}, tracked lips cannot be rounded, pressed or closed "
-            "over an open jaw as they are in speech"
+            f"warning: without {listed(shut)}, tracked lips cannot be {joined(done, 'or')} as they "
+            "are in speech"
         )
     if made.exchanged:
         lines.append(

@@ -65,6 +65,8 @@ def calibrate(chosen: Chosen, pictures: list[Path]) -> Done:
         )
     if chosen.second_output is not None:
         check_free(chosen.second_output, ".json")
+        if chosen.second_output.resolve() == chosen.output.resolve():
+            raise ParameterError("-o and --second-output name one file", "give two names")
     columns, rows = chosen.squares
     board = Board(chosen.board, columns, rows, chosen.square, chosen.marker, chosen.dictionary)
     with Progress("calibrating") as progress:
