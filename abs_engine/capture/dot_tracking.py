@@ -227,7 +227,7 @@ class DotFollower:
         return at, self._score(picture, at)
 
     def _score(self, picture: Map, at: FloatArray) -> float:
-        """How much a place looks like a dot, from 0 on."""
+        """The correlation of a place with a disc, 0 at least."""
         origin, match = self._around(picture, at)
         x, y = np.rint(at - origin).astype(int)
         inside = 0 <= y < match.shape[0] and 0 <= x < match.shape[1]

@@ -60,7 +60,7 @@ class Plane:
         return np.asarray(np.eye(3) - 2 * np.outer(self.normal, self.normal))
 
     def height(self, points: FloatArray) -> FloatArray:
-        """How far (...) points (..., 3), mm, camera frame, lie before the mirror; < 0: behind."""
+        """Distances (...) of points (..., 3), mm, camera frame, before the mirror; < 0: behind."""
         return np.asarray(points @ self.normal + self.distance)
 
     def reflect(self, points: FloatArray) -> FloatArray:

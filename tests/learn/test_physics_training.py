@@ -287,8 +287,9 @@ class TestWhoseHead:
     def test_dots_with_each_others_names_in_all_frames_are_named(self, person):
         order = [k if k not in (1, 3) else 4 - k for k in range(len(SEEN.names))]
         told = "upper_outer_1 and upper_outer_3 have each other's place: .* if these two are"
-        with pytest.raises(ParameterError, match=told):
+        with pytest.raises(ParameterError, match=told) as error:
             train(replace(SEEN, points=SEEN.points[:, order]), SPEAKER, person, shell=SHELL)
+        assert "in the file of points or markers" in error.value.remedy
 
     @pytest.mark.parametrize("person", ["clara", None])
     @pytest.mark.parametrize("axes", [[-1, 1, 1], [1, 1, -1]])
