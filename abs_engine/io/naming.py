@@ -100,10 +100,18 @@ def sweep(path: Path) -> None:
         try:
             if not partial.is_dir():
                 partial.unlink()
-            elif not ((partial / CHOICES).is_file() and (partial / WHOLE).is_dir()):
+            elif not is_kept(partial):
                 shutil.rmtree(partial)
         finally:
             os.close(number)
+
+
+def is_kept(partial: Path) -> bool:
+    """Whether a folder of what is unfinished can be gone on with.
+
+    Without the output in it, it was finished by a process that was killed just then.
+    """
+    return (partial / CHOICES).is_file() and (partial / WHOLE).is_dir()
 
 
 def _sync(path: Path) -> None:

@@ -17,7 +17,16 @@ from abs_engine.core.errors import (
     StudioError,
 )
 from abs_engine.io.files import Making, check_free, unwritable
-from abs_engine.io.naming import CHOICES, RECORD, WHOLE, lock, partial_of, rename_new, sweep
+from abs_engine.io.naming import (
+    CHOICES,
+    RECORD,
+    WHOLE,
+    is_kept,
+    lock,
+    partial_of,
+    rename_new,
+    sweep,
+)
 
 _TRIES = 10
 _MACHINE = OutputError, OpenGLError, StudioError
@@ -28,8 +37,8 @@ class NewFolder(Making):
     """A folder in the making: fill `work`, then `finish` gives it its name.
 
     It lies beside its place in ``.NAME.partial``, which is locked as long as the process lives;
-    what a killed process left there is taken away first. Leaving the context without `finish`
-    removes what was written, whatever the reason.
+    what a killed process left there is taken away first, unless it can be gone on with. Leaving
+    the context without `finish` removes what was written, whatever the reason.
 
     Parameters
     ----------
@@ -44,8 +53,9 @@ class NewFolder(Making):
     Raises
     ------
     OutputError
-        If the folder exists, another process makes it right now, or its parent cannot be written
-        or locked; on leaving the context also for any `OSError` of the writing.
+        If the folder exists, another process makes it right now, an interrupted command keeps
+        there what it has done, or its parent cannot be written or locked; on leaving the context
+        also for any `OSError` of the writing.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -93,6 +103,15 @@ class NewFolder(Making):
 
     def _begin(self) -> None:
         """Make ready what is filled."""
+        if is_kept(self.partial):
+            raise OutputError(
+                f"{self.partial} holds what an interrupted command had kept",
+                "finish it by the same command, choose another name, or remove that folder",
+            )
+        self._begin_again()
+
+    def _begin_again(self) -> None:
+        """Make ready what is filled, whatever lies there."""
         self.clear()
         self.work.mkdir()
 
@@ -220,14 +239,14 @@ class Unfinished(NewFolder):
 
     def _begin(self) -> None:
         basis = self.partial / CHOICES
-        if basis.is_file() and self.work.is_dir():  # without it, finished by a process killed then
+        if is_kept(self.partial):
             begun = basis.read_text(encoding="utf-8")
             self.resumed = begun == self._basis != ""
             if not self.resumed and not self._anew:
                 raise OutputError(f"{self.partial} holds {self.what}", self.remedy)
             self.replaced = not self.resumed and begun != ""
         if not self.resumed:
-            super()._begin()
+            self._begin_again()
             made = basis.with_name(f".{CHOICES}")
             made.write_text(self._basis, encoding="utf-8")
             rename_new(made, basis)

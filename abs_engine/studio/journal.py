@@ -30,7 +30,7 @@ class Journal(Unfinished):
         scene lies there, or somebody works at it right now.
     """
 
-    what = "an unfinished data set of another scene"
+    what = "what another scene, release or command had begun"
     remedy = "give the same scene, seed and release, or remove that folder to begin again"
 
     def __init__(self, folder: Path, scene: str) -> None:

@@ -205,6 +205,15 @@ def test_what_a_killed_process_left_is_taken_away_first(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 
 
+def test_what_an_interrupted_command_kept_is_not_taken_away_by_another(tmp_path):
+    with Unfinished(tmp_path / "out", "same") as made:
+        (made.work / "done").touch()
+    with pytest.raises(OutputError, match="holds what an interrupted command had kept"):
+        NewFolder(tmp_path / "out")
+    with Unfinished(tmp_path / "out", "same") as again:
+        assert (again.work / "done").is_file()
+
+
 @pytest.mark.parametrize("make", [NewFolder, lambda folder: Unfinished(folder, "choices")])
 def test_a_disk_that_is_full_at_once_leaves_nothing(tmp_path, monkeypatch, make):
     def fail(*_: object, **__: object) -> None:
