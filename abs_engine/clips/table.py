@@ -12,9 +12,12 @@ from typing import Any
 
 from abs_engine.clips.job import TABLE, WAITING, Job, Outcome
 from abs_engine.core.clock import TIMING
+from abs_engine.core.errors import OutputError
+from abs_engine.dataset.sums import digest
 from abs_engine.io.files import check_free, unwritable
 from abs_engine.io.inputs import read_json
-from abs_engine.io.naming import lock, partial_of, settle
+from abs_engine.io.naming import lock, partial_of, path_from, settle
+from abs_engine.tracking.stated_settings import run_settings
 
 COLUMNS = ("clip", "video", "status", "frames", "found", "closed", "message")
 
@@ -53,8 +56,14 @@ def runs_folder(folder: Path) -> Iterator[Path]:
 
 
 def rows_of_others(folder: Path, jobs: Iterable[Job]) -> list[list[str]]:
-    """Rows of the table for clips of earlier commands; none if it cannot be read as one."""
-    names = {_utf_8(job.name) for job in jobs}
+    """Rows of the table for clips of earlier commands; none if it cannot be read as one.
+
+    Raises
+    ------
+    OutputError
+        If a run that is there is of another clip than is to be tracked to it.
+    """
+    ours = {_utf_8(job.name): job for job in jobs}
     try:
         with (folder / TABLE).open(encoding="utf-8", newline="") as file:
             heading, *rows = csv.reader(file, strict=True)
@@ -62,7 +71,17 @@ def rows_of_others(folder: Path, jobs: Iterable[Job]) -> list[list[str]]:
         return []
     if any(len(row) != len(COLUMNS) for row in rows) or tuple(heading) != COLUMNS:
         return []
-    return [row for row in rows if row[0] not in names]
+    for name, video, *_ in rows:
+        if (
+            name in ours
+            and video != _utf_8(path_from(folder, ours[name].video))
+            and _is_other(ours[name])
+        ):
+            raise OutputError(
+                f"{folder / name} is of {os.path.normpath(folder / video)}",
+                f"track {ours[name].video} to another folder, or rename it",
+            )
+    return [row for row in rows if row[0] not in ours]
 
 
 def timing_of_others(folder: Path, others: Sequence[Sequence[str]]) -> dict[str, dict[str, Any]]:
@@ -108,13 +127,22 @@ def write_table(
     table.writerows(others)
     for job in jobs:
         got = outcomes.get(job.name, Outcome(WAITING))
-        video = Path(os.path.relpath(job.video, folder.absolute())).as_posix()
+        video = path_from(folder, job.video)
         counts = got.frames, got.found, got.closed
         table.writerow((job.name, video, got.status, *counts, got.message))
     made = partial_of(folder / TABLE)
     made.write_text(text.getvalue(), encoding="utf-8", errors="backslashreplace")
     settle(made)
     made.replace(folder / TABLE)
+
+
+def _is_other(job: Job) -> bool:
+    """Whether the run of a clip's name is of another."""
+    known = run_settings(job.folder).get("video_sha256")
+    try:
+        return known is not None and digest(job.video) != known
+    except OSError:  # it is not there, say
+        return True
 
 
 def _utf_8(name: str) -> str:

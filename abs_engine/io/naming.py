@@ -27,6 +27,12 @@ def partial_of(path: Path) -> Path:
     return path.with_name(f".{path.name}.partial")
 
 
+def path_from(folder: Path, path: Path) -> str:
+    """Path of a file as it is found from a folder, by whatever links either was reached."""
+    there = path.parent.resolve() / path.name
+    return Path(os.path.relpath(there, folder.resolve())).as_posix()
+
+
 def rename_new(made: Path, place: Path) -> None:
     """Write a finished file or folder to the disk, and give it a name that nothing has.
 

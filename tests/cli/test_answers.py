@@ -117,6 +117,14 @@ def test_settings_come_back_as_they_were_given(settings, tmp_path):
         assert again[name] == typed[name], name
 
 
+def test_paths_of_settings_lead_there_from_where_a_link_to_the_folder_leads(settings, tmp_path):
+    deep = tmp_path / "deep" / "place"
+    deep.mkdir(parents=True)
+    (tmp_path / "link").symlink_to(deep)
+    text = settings_text(track, given("--camera", "camera.json"), tmp_path / "link" / "run")
+    assert 'camera = "../../../own/camera.json"' in text
+
+
 def test_settings_of_a_live_session_come_back(settings, tmp_path):
     words = ["1", "-o", "new", "--delay", "90", "--repeat", "3", "--camera", "camera.json"]
     words += ["--live-link", "[::1]:11111"]

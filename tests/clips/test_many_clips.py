@@ -28,6 +28,7 @@ from abs_engine.clips.many import DEATHS, GIVEN_UP, _outcome, _Watched, track_ma
 from abs_engine.clips.table import TABLE, rows_of_others, runs_folder, write_table
 from abs_engine.clips.worker import track_job
 from abs_engine.core.errors import OutputError, ParameterError
+from abs_engine.dataset.sums import digest
 from abs_engine.io.naming import partial_of
 from abs_engine.tracking.frame_journal import FRAMES
 from abs_engine.tracking.options import TrackOptions
@@ -58,6 +59,17 @@ def test_a_name_too_long_for_files_beside_the_run_is_cut_at_a_character():
 def test_names_that_cannot_be_told_apart_are_refused(other):
     with pytest.raises(ParameterError, match="s1-a"):
         run_names([Path("s1/a.mp4"), Path(other)])
+
+
+def test_a_clip_given_by_two_paths_is_refused(tmp_path, monkeypatch, capsys):
+    for name in ("s1", "s2"):
+        (tmp_path / name).mkdir()
+    monkeypatch.chdir(tmp_path / "s1")
+    words = ["-o", str(tmp_path / "runs"), "--workers", "1", "--renderer", "cpu"]
+    assert main(["track", "k.mp4", "../s1/k.mp4", *words]) == 2
+    assert "two clips would be tracked to 's1-k'" in capsys.readouterr().err
+    assert main(["track", "../s2/../k.mp4", "../s2/../s1/../k.mp4", *words]) == 2
+    assert f"two clips would be tracked to '{tmp_path.name}-k'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["clips.csv.mp4", "timing.json.mp4"])
@@ -101,6 +113,45 @@ def test_the_table_keeps_clips_of_earlier_commands(tmp_path):
         assert [row["clip"] for row in csv.DictReader(file)] == ["b", "c", "a", r"\udcff"]
     write_table(folder, [*first, strange], {"b": done}, rows_of_others(folder, [*later, *first]))
     assert (folder / TABLE).read_text() == before
+
+
+def test_the_table_of_a_folder_that_is_a_link_leads_to_the_videos(tmp_path):
+    (tmp_path / "deep" / "runs").mkdir(parents=True)
+    (tmp_path / "runs").symlink_to(tmp_path / "deep" / "runs")
+    write_table(tmp_path / "runs", [job(tmp_path)], {})
+    assert (tmp_path / "runs" / TABLE).read_text().splitlines()[1].startswith("a,../../a.mp4,")
+
+
+def done_before(folder: Path, name: str, content: str) -> Path:
+    """A folder of runs that holds one of a clip; the folder."""
+    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_text(content)
+    runs = folder / "runs"
+    (runs / "k").mkdir(parents=True)
+    told = {"settings": {"video_sha256": digest(folder / name)}}
+    (runs / "k" / "run.json").write_text(json.dumps(told))
+    write_table(runs, [Job(folder / name, runs / "k", "cpu", TrackOptions(), (), {})], {})
+    return runs
+
+
+@pytest.mark.parametrize("content", ["other", None])
+def test_another_clip_of_the_name_of_a_run_leaves_the_files_about_all_clips(
+    content, tmp_path, capsys
+):
+    runs = done_before(tmp_path, "s1/k.mp4", "one")
+    before, other = contents(runs), tmp_path / "s2" / "k.mp4"
+    if content:
+        other.parent.mkdir()
+        other.write_text(content)
+    assert main(["track", str(other), "-o", str(runs), "--workers", "1", "--renderer", "cpu"]) == 2
+    assert f"{runs / 'k'} is of {tmp_path / 's1/k.mp4'}; track {other}" in capsys.readouterr().err
+    assert contents(runs) == before
+
+
+def test_the_clip_of_a_run_may_have_been_moved(tmp_path):
+    runs = done_before(tmp_path, "s1/k.mp4", "one")
+    moved = (tmp_path / "s1" / "k.mp4").rename(tmp_path / "k.mp4")
+    assert not rows_of_others(runs, [Job(moved, runs / "k", "cpu", TrackOptions(), (), {})])
 
 
 @pytest.mark.parametrize(

@@ -114,7 +114,7 @@ def _said_what_is_kept(folder: Path) -> Iterator[None]:
 def _jobs(command: Command, chosen: Chosen, options: TrackOptions) -> list[Job]:
     from abs_engine.clips.job import Job, run_names
 
-    videos = [video.absolute() for video in chosen.videos]
+    videos = [_plain(video.absolute()) for video in chosen.videos]
     folders = [chosen.output.absolute() / name for name in run_names(videos)]
     plugins = tuple(plugin.absolute() for plugin in chosen.plugin)
     options = _absolute(options)
@@ -123,6 +123,11 @@ def _jobs(command: Command, chosen: Chosen, options: TrackOptions) -> list[Job]:
             {SETTINGS: settings_text(command, vars(chosen), folder)})
         for video, folder in zip(videos, folders, strict=True)
     ]  # fmt: skip
+
+
+def _plain(video: Path) -> Path:
+    """The same without "..", so that its folder has a name."""
+    return video.parent.resolve() / video.name if ".." in video.parts else video
 
 
 def _absolute(options: TrackOptions) -> TrackOptions:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.core.registry import nearest
 from abs_engine.core.release import engine_version
 from abs_engine.io.inputs import check_file, parse_toml
+from abs_engine.io.naming import path_from
 
 SETTINGS = "settings.toml"
 """The file of a run."""
@@ -113,7 +113,7 @@ def _known(command: Command) -> dict[str, take.Option]:
 def _written(value: Any, option: take.Option, folder: Path) -> Any:
     """A value for the file; a path relative to where it will lie."""
     is_path = isinstance(value, Path) or (_may_be_file(option) and Path(value).is_file())
-    return Path(os.path.relpath(value, folder)).as_posix() if is_path else value
+    return path_from(folder, Path(value)) if is_path else value
 
 
 def _read(value: str, option: take.Option, folder: Path) -> str:
