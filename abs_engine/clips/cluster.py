@@ -95,6 +95,7 @@ def workers_of(address: str) -> Iterator[Client]:
     _check_installed()
     from distributed import Client
 
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # `many` says what it would
     try:
         client = Client(address, timeout=_ANSWER)
     except (OSError, ValueError) as error:

@@ -46,6 +46,17 @@ def track_many(
     ParameterError
         If the scheduler is gone.
     """
+    from distributed import CancelledError
+
+    try:
+        yield from _tracked(client, jobs, deaths)
+    except (CancelledError, OSError) as error:
+        raise _gone() from error
+
+
+def _tracked(
+    client: Client, jobs: Sequence[Job], deaths: Counter[str]
+) -> Iterator[tuple[Job, Outcome]]:
     from distributed import wait
 
     watched = {job.name: _Watched(job) for job in jobs}
@@ -104,6 +115,10 @@ class _Watched:
         return self._deaths >= GIVEN_UP
 
 
+def _gone() -> ParameterError:
+    return ParameterError("the scheduler is gone", "start one; the same command resumes")
+
+
 def _outcome(future: Future[Outcome], watched: _Watched, deaths: Counter[str]) -> Outcome | None:
     """Outcome of a task; None if it is to be tried again."""
     from distributed import KilledWorker
@@ -112,7 +127,7 @@ def _outcome(future: Future[Outcome], watched: _Watched, deaths: Counter[str]) -
         outcome: Outcome = future.result()
         return outcome
     if future.status != "error":  # cancelled, or lost
-        raise ParameterError("the scheduler is gone", "start one; the same command resumes")
+        raise _gone()
     error = future.exception()
     if not isinstance(error, KilledWorker):
         return Outcome(FAILED, named(error))

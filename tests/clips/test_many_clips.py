@@ -13,7 +13,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from distributed import Client, KilledWorker, LocalCluster
+from distributed import CancelledError, Client, KilledWorker, LocalCluster
 from drawn import lit
 from heads import seen_at
 from runs import write_kind
@@ -277,6 +277,16 @@ def test_clips_that_are_set_aside_have_the_machine_to_themselves(tmp_path, monke
     assert set(list(found)[:3]) == {"c", "d", "e"}
     last = scheduler.begun[-(GIVEN_UP - DEATHS) :]
     assert all(len(running) == 1 for running in last)
+
+
+@pytest.mark.parametrize("error", [CancelledError("connection lost"), OSError("timed out")])
+def test_a_scheduler_that_goes_away_is_said_to_be_gone(error, tmp_path, monkeypatch):
+    def lost(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr("distributed.wait", lost)
+    with pytest.raises(ParameterError, match="the scheduler is gone; start one; the same command"):
+        list(track_many(Scheduler({}), [job(tmp_path)], Counter()))
 
 
 def test_a_worker_that_dask_has_given_up_is_replaced():
