@@ -29,8 +29,8 @@ def write_picture(path: Path, values: NDArray[Any]) -> None:
         If it cannot be written.
     """
     ordered = values if values.ndim == 2 else values[..., ::-1]
-    if not cv2.imwrite(str(path), np.ascontiguousarray(ordered), _QUICKLY):
-        raise OSError(f"{path} cannot be written")
+    # not imwrite, which ends the process where a path is no UTF-8
+    path.write_bytes(cv2.imencode(".png", np.ascontiguousarray(ordered), _QUICKLY)[1].tobytes())
 
 
 def read_picture(path: Path, kind: str, size: tuple[int, int]) -> NDArray[Any]:
@@ -55,7 +55,8 @@ def read_picture(path: Path, kind: str, size: tuple[int, int]) -> NDArray[Any]:
     dtype, channels = PICTURES[kind]
     if picture_header(path)[:2] != size:  # before memory is taken for it
         raise ModelFormatError(f"{path} is not {size[0]}x{size[1]}", AGAIN)
-    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED) if is_whole(path.read_bytes()) else None
+    held = np.fromfile(path, np.uint8)
+    image = cv2.imdecode(held, cv2.IMREAD_UNCHANGED) if is_whole(held.tobytes()) else None
     if image is None:
         raise InputFileError(f"{path} is not a whole picture", AGAIN)
     shape = (size[1], size[0]) if channels == 1 else (size[1], size[0], channels)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
@@ -53,7 +54,8 @@ def check_free(path: Path, ending: str = "") -> Path:
     Raises
     ------
     OutputError
-        If it exists already, there is no folder to put it in, or it ends in something else.
+        If it exists already, there is no folder to put it in, nothing may be written to that, or
+        it ends in something else.
     """
     path = Path(path)
     if not path.name.lower().endswith(ending):
@@ -68,6 +70,8 @@ def check_free(path: Path, ending: str = "") -> Path:
             f"{path} cannot be written: there is no folder {path.parent}",
             "make it or choose another place",
         )
+    if not os.access(path.parent, os.W_OK | os.X_OK):  # said before the work, not after it
+        raise unwritable(path, PermissionError(errno.EACCES, os.strerror(errno.EACCES)))
     return path
 
 

@@ -125,6 +125,13 @@ def test_paths_of_settings_lead_there_from_where_a_link_to_the_folder_leads(sett
     assert 'camera = "../../../own/camera.json"' in text
 
 
+def test_a_path_that_is_no_utf_8_cannot_be_a_setting(settings, tmp_path, capsys):
+    (tmp_path / "c\udcff.json").write_text("{}")
+    words = ["--camera", str(tmp_path / "c\udcff.json")]
+    with pytest.raises(ParameterError, match=r"c.\.json is no UTF-8, and settings.toml cannot"):
+        settings_text(track, given(*words), tmp_path / "run")
+
+
 def test_settings_of_a_live_session_come_back(settings, tmp_path):
     words = ["1", "-o", "new", "--delay", "90", "--repeat", "3", "--camera", "camera.json"]
     words += ["--live-link", "[::1]:11111"]

@@ -137,6 +137,12 @@ def test_a_parent_made_for_an_output_that_failed_is_taken_away(tmp_path):
         pass
 
 
+def test_a_folder_that_takes_nothing_is_named_before_the_work(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda path, mode: path != tmp_path)  # root may write to all
+    with pytest.raises(OutputError, match=r"model.npz cannot be written \(Permission denied\)"):
+        check_free(tmp_path / "model.npz", ".npz")
+
+
 def test_a_new_file_is_written_once(tmp_path):
     write_new(tmp_path / "file", b"1")
     with pytest.raises(OutputError, match="exists already"):

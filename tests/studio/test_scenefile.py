@@ -648,6 +648,13 @@ def test_a_shipped_scene_is_found_by_its_name(name):
     assert asked.command == "abs-engine synth short.toml"
 
 
+def test_the_command_of_a_scene_whose_name_is_no_utf_8_can_be_written(tmp_path):
+    path = tmp_path / "s\udcff.toml"
+    path.write_bytes(next(p for p in SCENES if p.name == "short.toml").read_bytes())
+    asked = request_of(Namespace(**{**NOTHING, "what": str(path)}))
+    assert asked.command.encode() == rb"abs-engine synth 's\udcff.toml'"
+
+
 def test_a_word_that_is_nothing_is_answered_with_scenes_too():
     with pytest.raises(
         ParameterError, match=r"no viseme 'speach'.*sentence's name.*or a scene: .*speech"

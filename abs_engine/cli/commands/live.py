@@ -92,8 +92,10 @@ def live(chosen: Chosen) -> Done:
     link = None if chosen.live_link is None else reached(chosen.live_link)
     feed = open_feed(take.at_home(chosen.source), _times(chosen))
     check_options(options, VideoInfo(feed.size, feed.rate, 0))
+    output = chosen.output
+    settings = "" if output is None else settings_text(live, vars(chosen), output)
     with ExitStack() as stack:
-        made = None if chosen.output is None else stack.enter_context(NewFolder(chosen.output))
+        made = None if output is None else stack.enter_context(NewFolder(output))
         renderer = stack.enter_context(opened(chosen.renderer))
         progress = stack.enter_context(Progress("live"))
         board = Board()
@@ -130,10 +132,9 @@ def live(chosen: Chosen) -> Done:
         if made is not None and keeper is not None and count:
             facts = {"source": feed.name, "delay": chosen.delay, "dropped": dropped, "end": why}
             keeper.write(options, facts, Progress("writing"))
-            settings = settings_text(live, vars(chosen), chosen.output)
             (made.work / SETTINGS).write_text(settings, encoding="utf-8")
             made.finish()
-            _say(f"wrote {chosen.output}")
+            _say(f"wrote {output}")
     return Done((), status=int(fault))
 
 

@@ -111,9 +111,8 @@ def request_of(chosen: Chosen) -> Request:
             raise ParameterError(
                 f"--{next(iter(given))} does not go with a scene file", "write it in the file"
             )
-        return Request(
-            read_scene(path), path.parent, shlex.join(["abs-engine", "synth", path.name])
-        )
+        name = path.name.encode("utf-8", "backslashreplace").decode("utf-8")
+        return Request(read_scene(path), path.parent, shlex.join(["abs-engine", "synth", name]))
     if "size" in given:
         given["size"] = tuple(given["size"])
     _check_sentence(chosen.what)

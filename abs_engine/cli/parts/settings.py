@@ -41,6 +41,11 @@ def settings_text(command: Command, typed: Mapping[str, Any], folder: Path) -> s
         By the names of the parameters; those without a value are left out.
     folder : Path
         Where the file will lie: its paths are relative to that.
+
+    Raises
+    ------
+    ParameterError
+        If a path is not UTF-8, as TOML is.
     """
     kept = {}
     for name, one in _known(command).items():
@@ -113,7 +118,16 @@ def _known(command: Command) -> dict[str, take.Option]:
 def _written(value: Any, option: take.Option, folder: Path) -> Any:
     """A value for the file; a path relative to where it will lie."""
     is_path = isinstance(value, Path) or (_may_be_file(option) and Path(value).is_file())
-    return path_from(folder, Path(value)) if is_path else value
+    if not is_path:
+        return value
+    path = path_from(folder, Path(value))
+    try:
+        path.encode()
+    except UnicodeEncodeError as error:
+        raise ParameterError(
+            f"{path} is no UTF-8, and {SETTINGS} cannot name it", "rename it"
+        ) from error
+    return path
 
 
 def _read(value: str, option: take.Option, folder: Path) -> str:
