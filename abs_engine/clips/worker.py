@@ -15,7 +15,7 @@ from abs_engine.core.registry import PLUGINS, load_plugin
 from abs_engine.core.threads import keep_to_one_core
 from abs_engine.render.select import opened_renderer
 from abs_engine.tracking.output import read_facts
-from abs_engine.tracking.run import track_video
+from abs_engine.tracking.run import track_video, without_paths
 
 _ONE = threading.Lock()
 """A process tracks one clip at a time, however many threads its scheduler gave it."""
@@ -85,7 +85,10 @@ def check_same_options(job: Job) -> None:
     So much is seen without its clip; `track_job` sees the rest.
     """
     there = {name: job.folder / name for name in job.beside if (job.folder / name).is_file()}
-    if any(path.read_bytes() != job.beside[name].encode() for name, path in there.items()):
+    if any(
+        without_paths(path.read_text("utf-8", "replace")) != without_paths(job.beside[name])
+        for name, path in there.items()
+    ):
         raise OutputError(
             f"{job.folder} was tracked with other options",
             "choose another folder for the runs, or give the same options",

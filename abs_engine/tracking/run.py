@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
@@ -221,7 +222,16 @@ def _choices(video: Path, options: TrackOptions, beside: Mapping[str, str]) -> s
     chosen, _ = resolved(options)
     given = {name: _content(value) for name, value in vars(chosen).items()}
     plugins = [digest(path) for path in PLUGINS]
-    return fingerprint((digest(video), code_digest(), given, plugins, dict(beside)))
+    asked = {name: without_paths(text) for name, text in beside.items()}
+    return fingerprint((digest(video), code_digest(), given, plugins, asked))
+
+
+def without_paths(settings: str) -> str:
+    """Text of a run's settings without the paths, which are others once it was moved.
+
+    From a new folder, all lead out of it.
+    """
+    return re.sub(r'"\.\.(?:/(?:[^"\\]|\\.)*)?"', '".."', settings)
 
 
 def _content(value: object) -> object:

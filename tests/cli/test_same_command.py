@@ -82,6 +82,10 @@ def test_of_track(again, tmp_path):
     run.refused("--driver", "simplex")
     with np.load(colours) as given:
         arrays = dict(given)
+    (tmp_path / "deep").mkdir()
+    run.folder = (tmp_path / "run").rename(tmp_path / "deep" / "run")
+    run.words, run.before = [*run.words, "-o", str(run.folder)], held(run.folder)
+    run.check()
     np.savez(colours, **arrays)  # the same colours, other bytes
     run.refused()
 
@@ -125,3 +129,15 @@ def test_the_content_of_a_file_counts_and_not_its_name(tmp_path, option):
         return _choices(tmp_path / "video.mp4", TrackOptions(**{given: path}), {})
 
     assert digest("one", "this") == digest("other", "this") != digest("one", "that")
+
+
+def test_the_place_of_a_file_in_the_settings_does_not_count(tmp_path):
+    def digest(settings: str) -> str:
+        (tmp_path / "video.mp4").touch()
+        return _choices(tmp_path / "video.mp4", TrackOptions(), {"settings.toml": settings})
+
+    one = digest('renderer = "cpu"\nplugin = [\n    "../a \\"b\\".py",\n    "../c.py",\n]\n')
+    other = digest('renderer = "cpu"\nplugin = [\n    "../../d/a.py",\n    "..",\n]\n')
+    assert one == other
+    assert one != digest('renderer = "gl"\nplugin = [\n    "../a.py",\n    "../c.py",\n]\n')
+    assert one != digest('renderer = "cpu"\nplugin = [\n    "../a.py",\n]\n')

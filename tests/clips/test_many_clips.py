@@ -8,6 +8,7 @@ import shutil
 import time
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -26,7 +27,7 @@ from abs_engine.clips.cluster import replace_lost
 from abs_engine.clips.job import FAILED, Job, Outcome, run_names
 from abs_engine.clips.many import DEATHS, GIVEN_UP, _outcome, _Watched, track_many
 from abs_engine.clips.table import TABLE, rows_of_others, runs_folder, write_table
-from abs_engine.clips.worker import track_job
+from abs_engine.clips.worker import check_same_options, track_job
 from abs_engine.core.errors import OutputError, ParameterError
 from abs_engine.dataset.sums import digest
 from abs_engine.io.naming import partial_of
@@ -476,6 +477,19 @@ def test_the_same_again_keeps_runs_that_were_moved_but_not_as_those_of_another_c
     assert "head exists already, made of other input" in said[0]
     assert "0 of 2 clips done" in said[2]
     assert contents(moved / "runs" / "head") == before
+
+
+def test_options_are_the_same_where_only_the_paths_of_their_files_changed(tmp_path):
+    (tmp_path / "runs" / "a").mkdir(parents=True)
+    (tmp_path / "runs" / "a" / "settings.toml").write_text('camera = "../../c.json"\nface = 1\n')
+
+    def asked(settings: str) -> Job:
+        return replace(job(tmp_path), beside={"settings.toml": settings})
+
+    check_same_options(asked('camera = "../../../c.json"\nface = 1\n'))
+    for other in ('camera = "../../c.json"\nface = 2\n', "face = 1\n"):
+        with pytest.raises(OutputError, match="was tracked with other options"):
+            check_same_options(asked(other))
 
 
 @pytest.mark.parametrize(
