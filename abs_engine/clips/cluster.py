@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import logging
 import shutil
 from collections.abc import Iterator
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING
 from abs_engine.core.errors import ParameterError
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, LocalCluster
 
 SCRATCH = ".workers"
 """In the folder of the runs: what workers of a local cluster put away."""
@@ -43,29 +44,45 @@ def local_workers(count: int, folder: Path) -> Iterator[Client]:
     ------
     ParameterError
         If Dask is not installed.
+    OSError
+        If the folder cannot be written.
     """
     _check_installed()
     import dask
-    from distributed import Client, LocalCluster
+    from distributed import Client
 
     scratch = folder / SCRATCH
     shutil.rmtree(scratch, ignore_errors=True)  # of a command that was killed
+    scratch.mkdir(exist_ok=True)
     try:
         with (
             dask.config.set({**_SETTINGS, "temporary-directory": str(scratch)}),
-            LocalCluster(
-                n_workers=count,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address="127.0.0.1:0",
-                local_directory=str(scratch),
-                silence_logs=logging.CRITICAL,
-            ) as cluster,
+            _started(count, scratch) as cluster,
             Client(cluster) as client,
         ):
             yield client
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _started(count: int, scratch: Path) -> LocalCluster:
+    """A cluster; if that is interrupted, its processes end with this one, without complaints."""
+    from distributed import LocalCluster
+    from distributed.deploy.spec import close_clusters
+
+    try:
+        return LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address="127.0.0.1:0",
+            local_directory=str(scratch),
+            silence_logs=logging.CRITICAL,
+        )
+    except BaseException:
+        atexit.unregister(close_clusters)  # which fails at one that has not started
+        logging.getLogger("asyncio").setLevel(logging.CRITICAL)
+        raise
 
 
 def replace_lost(client: Client) -> None:

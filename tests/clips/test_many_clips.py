@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import csv
+import errno
 import json
+import logging
+import os
 import shutil
 import time
 from collections import Counter
@@ -15,6 +18,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from distributed import CancelledError, Client, KilledWorker, LocalCluster
+from distributed.deploy.spec import close_clusters
 from drawn import lit
 from heads import seen_at
 from runs import write_kind
@@ -394,6 +398,41 @@ def test_the_files_about_all_clips_keep_those_of_an_earlier_command(tmp_path):
     assert main([str(word) for word in words]) == 2
     assert len((folder / TABLE).read_text().splitlines()) == 2
     assert list(json.loads((folder / "timing.json").read_text())["clips"]) == ["a"]
+
+
+@pytest.mark.usefixtures("in_threads")
+def test_a_folder_of_runs_that_takes_nothing_is_named(tmp_path, monkeypatch, capsys):
+    def refuse(path: Path, **_: object) -> None:
+        if path != runs:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    runs = tmp_path / "runs"
+    runs.mkdir()
+    monkeypatch.setattr(Path, "mkdir", refuse)
+    assert main(["track", "a.mp4", "-o", str(runs), "--workers", "1", "--renderer", "cpu"]) == 2
+    assert f"{runs} cannot be written (Permission denied)" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("again", [False, True])
+def test_an_interrupt_while_workers_start_promises_what_is_there(
+    again, tmp_path, monkeypatch, capsys
+):
+    def interrupted(**_: object) -> None:
+        raise KeyboardInterrupt
+
+    runs, left = tmp_path / "runs", []
+    if again:
+        runs.mkdir()
+        write_table(runs, [job(tmp_path)], {})
+    monkeypatch.setattr("distributed.LocalCluster", interrupted)
+    monkeypatch.setattr("atexit.unregister", left.append)
+    monkeypatch.setattr(logging.getLogger("asyncio"), "setLevel", left.append)
+    words = ["-o", str(runs), "--workers", "1", "--renderer", "cpu", "--quiet"]
+    assert main(["track", "a.mp4", *words]) == 130
+    kept = f"; what was done is kept in {runs}; the same command resumes there" if again else ""
+    assert capsys.readouterr().err.splitlines()[-1] == f"abs-engine: interrupted{kept}"
+    assert runs.exists() == again
+    assert left == [close_clusters, logging.CRITICAL]
 
 
 @pytest.mark.slow

@@ -102,10 +102,14 @@ def _doubtful(done: Mapping[str, Outcome]) -> Iterator[str]:
 
 @contextmanager
 def _said_what_is_kept(folder: Path) -> Iterator[None]:
-    """Let who interrupts it know."""
+    """Let who interrupts it know, once there is something."""
+    from abs_engine.clips.job import TABLE
+
     try:
         yield
     except KeyboardInterrupt:
+        if not (folder / TABLE).is_file():
+            raise
         raise KeyboardInterrupt(
             f"what was done is kept in {folder}; the same command resumes there"
         ) from None
