@@ -8,7 +8,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from abs_engine.core.compiled import INNER
+from abs_engine.core.compiled import INNER, LOOP
 
 MOST = 16  # longest line to either side, drawn pixels
 _REACH = 2.55  # pixels around a border's middle that tell its normal
@@ -16,7 +16,7 @@ _PARTED = 0.15  # what each pixel must gain on the average for lips to be parted
 _inlined: Any = numba.njit(**INNER, error_model="numpy", fastmath=True, forceinline=True)
 """Inlined, as a process that compiles these and one that reads them from the cache would else call
 different copies of a loop, whose last digits differ."""
-_compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+_compiled: Any = numba.njit(**LOOP, error_model="numpy", fastmath=True)
 _NONE = np.int64(0)  # not the literal, for which numba would compile a loop again
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import Float32Array
 from abs_engine.core.buffers import Buffers
+from abs_engine.core.compiled import LOOP
 from abs_engine.core.scene import Scene
 from abs_engine.face.appearance.residual_covariance import Leftover
 
@@ -66,7 +67,7 @@ class TextureNoise:
         return out
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+@numba.njit(**LOOP, error_model="numpy", fastmath={"contract", "reassoc"})
 def _read(layers, uv, faces, facets, barycentrics, out):
     """Interpolate layers (h, w, C) between texels at points of facets; pixel = uv * size - 0.5."""
     height, width, count = layers.shape

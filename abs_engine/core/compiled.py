@@ -1,12 +1,33 @@
-"""Options of loops that are compiled for other compiled loops alone."""
+"""Options of compiled loops; those that are kept, but damaged, are compiled again."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pickle import UnpicklingError
 from types import MappingProxyType
 from typing import Any
 
+from numba.core.caching import FunctionCache
+
+LOOP: Mapping[str, Any] = MappingProxyType({"cache": True, "nogil": True})
+"""For `numba.njit`: kept once compiled, and without the GIL."""
 INNER: Mapping[str, Any] = MappingProxyType(
-    {"cache": True, "nogil": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    {**LOOP, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 )
-"""For `numba.njit`: without what Python and C would call them by, they compile a quarter faster."""
+"""The same for loops that are compiled for other compiled loops alone.
+
+Without what Python and C would call them by, they compile a quarter faster.
+"""
+_load: Any = FunctionCache.load_overload
+
+
+def _loaded(kept: Any, *given: Any) -> Any:
+    """What numba has kept of a loop; None if there is nothing, or a crash left it in pieces."""
+    try:
+        return _load(kept, *given)
+    except (EOFError, UnpicklingError, ValueError):
+        kept.flush()  # forgotten, so that it is compiled and kept again
+        return None
+
+
+FunctionCache.load_overload = _loaded  # type: ignore[method-assign]

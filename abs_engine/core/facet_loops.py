@@ -6,8 +6,10 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from abs_engine.core.compiled import LOOP
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+
+@numba.njit(**LOOP, error_model="numpy")
 def unit_normals(vertices, faces):
     """Area-weighted unit vertex normals (V, 3), zero where no adjacent facet has an area."""
     across, out = np.empty((len(faces), 3)), np.zeros((len(vertices), 3))

@@ -6,10 +6,11 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from abs_engine.core.compiled import LOOP
 from abs_engine.core.facet_loops import unit_normals
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@numba.njit(**LOOP, error_model="numpy")
 def places_and_normals(mean, modes, facets, points, weights, turns, shifts):
     """Places and normals (B, N, 3), camera frame, of points (N,) of a mesh that moves.
 
@@ -40,7 +41,7 @@ def places_and_normals(mean, modes, facets, points, weights, turns, shifts):
     return at, normals
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@numba.njit(**LOOP, error_model="numpy")
 def sampled(picture, pixels):
     """A picture (h, w, 3) between its pixels, at (B, N, 2); its border beyond it."""
     height, width = picture.shape[:2]
@@ -61,7 +62,7 @@ def sampled(picture, pixels):
     return out
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@numba.njit(**LOOP, error_model="numpy")
 def cauchy_roots(off, tail, nats):
     """Signed roots of half of Cauchy's -log of deviations, `nats` each; of (B, K)."""
     out = np.empty(off.shape)

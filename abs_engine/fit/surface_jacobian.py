@@ -9,6 +9,7 @@ import numpy as np
 from abs_engine.compare.borders import Borders
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera, Window
+from abs_engine.core.compiled import LOOP
 from abs_engine.core.pose import POSE_NAMES, PoseFrame
 from abs_engine.core.scene import Candidates, Scene
 
@@ -45,7 +46,7 @@ def summed_along(
     return fall, bend
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@numba.njit(**LOOP, error_model="numpy", fastmath={"contract"})
 def _sum(mean, modes, faces, posture, rotation, shift, pivot, focal, facet, weights, normal, gain,
          curve, observations, fall, bend):  # fmt: skip
     """The sums of `summed_along`, border after border."""

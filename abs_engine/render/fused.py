@@ -12,11 +12,12 @@ from typing import Any
 import numba
 import numpy as np
 
+from abs_engine.core.compiled import LOOP
 from abs_engine.render.kernels import rasterise
 from abs_engine.render.pixel_kernels import outlines, sum_class_maps
 from abs_engine.render.vertex import deform, to_clip
 
-_compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
+_compiled: Any = numba.njit(**LOOP, error_model="numpy")
 
 
 @_compiled

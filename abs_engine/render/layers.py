@@ -14,7 +14,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.compiled import INNER
+from abs_engine.core.compiled import INNER, LOOP
 from abs_engine.core.scene import ColourError, Scene
 
 ZERO, HALF, ONE, FULL = np.float32(0), np.float32(0.5), np.float32(1), np.float32(255)
@@ -84,7 +84,7 @@ def _colour(u, v, stack, weights):
     return min(max(red, ZERO), FULL), min(max(green, ZERO), FULL), min(max(blue, ZERO), FULL)
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@numba.njit(**LOOP, error_model="numpy")
 def _sum_error(uv, stack, weights, target):
     """Sum over drawn pixels, added up in float64 row by row, and how many there are."""
     height, width, _ = uv.shape
@@ -104,7 +104,7 @@ def _sum_error(uv, stack, weights, target):
     return total, pixels
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@numba.njit(**LOOP, error_model="numpy")
 def _fill_colours(uv, stack, weights, out):
     """Write the colour of every drawn pixel."""
     for y in range(uv.shape[0]):

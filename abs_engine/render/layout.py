@@ -9,6 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.compiled import LOOP
 from abs_engine.core.scene import Scene
 from abs_engine.render.kernels import snapped
 
@@ -67,7 +68,7 @@ def _labelled(scene: Scene, labels: NDArray[np.int32]) -> Layout:
     )
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**LOOP)
 def submit(clip, source, faces, cull, size, positions, indices, near):
     """Spread vertices to the layout and keep the facets that can cover a pixel centre.
 
@@ -110,7 +111,7 @@ def submit(clip, source, faces, cull, size, positions, indices, near):
     return kept
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**LOOP)
 def worth_drawing(clip, faces, cull, size, near, kept):
     """Facets that can cover a pixel centre, as `submit` keeps them, in their order.
 
@@ -140,7 +141,7 @@ def worth_drawing(clip, faces, cull, size, near, kept):
     return count
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**LOOP)
 def settle(positions, size, near, far):
     """Snap clip coordinates (N, 4) float32 and spread their depth, in place.
 
@@ -171,7 +172,7 @@ def settle(positions, size, near, far):
         positions[i, 2] = a * w - b
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@numba.njit(**LOOP, inline="always")
 def _on_screen(clip, size, near):
     """Drawn pixel of clip coordinates (4,); NaN where it is not in front of the near plane."""
     w = clip[3]
@@ -185,7 +186,7 @@ def _on_screen(clip, size, near):
     )
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@numba.njit(**LOOP, inline="always")
 def _useless(x0, y0, x1, y1, x2, y2, cull, last_x, last_y):
     """Whether a facet is seen from behind or its box holds no pixel centre of the window.
 

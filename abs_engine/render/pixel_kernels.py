@@ -6,7 +6,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from abs_engine.core.compiled import INNER
+from abs_engine.core.compiled import INNER, LOOP
 
 UNDRAWN = np.float32(-1e30)  # texture coordinate where nothing is drawn, as targets.FAR_AWAY
 
@@ -53,7 +53,7 @@ def _texel(texture, u, v):
     return r, g, b
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**LOOP)
 def shade(clip, faces, uv, texture, facet, depth, bary, rgb):
     """Fill depth (H, W), barycentrics and colour (H, W, 3), all float32, where `facet` > 0."""
     height, width = facet.shape
@@ -71,7 +71,7 @@ def shade(clip, faces, uv, texture, facet, depth, bary, rgb):
             rgb[y, x, 0], rgb[y, x, 1], rgb[y, x, 2] = _texel(texture, u, v)
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**LOOP)
 def outlines(clip, faces, facet, facet_class, shown, depth, bary):
     """Fill the class `shown` (H, W); depth and barycentrics where a neighbour is of another."""
     height, width = facet.shape
@@ -106,7 +106,7 @@ def sum_class_maps(facet, facet_class, maps):
     return total, pixels
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@numba.njit(**LOOP, error_model="numpy", fastmath={"contract"})
 def texture_uv(clip, faces, uv, facet, planes, known, out):
     """Texture coordinates of the drawn pixels: what `shade` interpolates, but much faster.
 

@@ -16,7 +16,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.compiled import INNER
+from abs_engine.core.compiled import INNER, LOOP
 from abs_engine.core.scene import ColourError, Scene
 from abs_engine.render import layers
 
@@ -67,7 +67,7 @@ def texel_cells(texture: NDArray[np.uint8]) -> NDArray[np.int32]:
     return np.ascontiguousarray((upper | lower << 16).transpose(2, 0, 1)).view(np.int32)
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**LOOP)
 def sum_class_maps(classes, maps):
     """Sum of each drawn pixel's map value.
 
@@ -91,7 +91,7 @@ def sum_class_maps(classes, maps):
     return total, pixels
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**LOOP)
 def sum_colour_error(uv, cells, target):
     """Sum of squared differences of luminance-normalised RGB, added up in float64 row by row.
 

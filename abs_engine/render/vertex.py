@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.compiled import INNER
+from abs_engine.core.compiled import INNER, LOOP
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, Scene
 
@@ -76,7 +76,7 @@ def motion_of(candidates: Candidates, index: int) -> NDArray[np.float64]:
     return motion
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**LOOP)
 def deform(mean, modes, weights):
     """X = mean + weights . modes, (V, 3) float32."""
     out = mean.copy()
@@ -89,7 +89,7 @@ def deform(mean, modes, weights):
     return out
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**LOOP)
 def to_clip(vertices, motion, k, limit, clip, out):
     """Head frame to clip coordinates; `limit` 0 means no distortion (see `Camera.distort`)."""
     r00, r01, r02, t0 = motion[0]

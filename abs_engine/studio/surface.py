@@ -11,8 +11,10 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from abs_engine.core.compiled import LOOP
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+
+@numba.njit(**LOOP, error_model="numpy")
 def trace(ids, vertices, faces, inverse, weights, depth):
     """Barycentric weights and depth of every pixel of a facet.
 
@@ -50,7 +52,7 @@ def trace(ids, vertices, faces, inverse, weights, depth):
             depth[y, x] = (wa * az + wb * bz + wc * cz) / total
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@numba.njit(**LOOP, error_model="numpy")
 def blend(ids, weights, faces, values, out):
     """Values (V, C) of the vertices, interpolated; out (H, W, C), 0 where ids are."""
     channels = values.shape[1]
@@ -69,7 +71,7 @@ def blend(ids, weights, faces, values, out):
                     )
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@numba.njit(**LOOP, error_model="numpy")
 def sample(ids, uv, level, texels, starts, sides, out):
     """Colours (H, W, 3) uint8 of a square texture, bilinear, 0 where ids are.
 
@@ -103,7 +105,7 @@ def sample(ids, uv, level, texels, starts, sides, out):
                 out[y, x, k] = np.uint8((1 - down) * upper + down * lower + 0.5)
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@numba.njit(**LOOP, error_model="numpy")
 def hidden(points, vertices, pixels, faces, weld, owner, clearance):
     """Mask (N,) of the points that something in front of them hides from the camera.
 

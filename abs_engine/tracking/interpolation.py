@@ -6,8 +6,10 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from abs_engine.core.compiled import LOOP
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+
+@numba.njit(**LOOP, error_model="numpy")
 def at_pixels(facet, weights, faces, values):
     """Values (V, D) of vertices between them, (H, W, D); 0 where no facet is drawn.
 

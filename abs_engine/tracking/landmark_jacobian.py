@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numba.np import linalg
 
-from abs_engine.core.compiled import INNER
+from abs_engine.core.compiled import INNER, LOOP
 
 
 def load() -> None:
@@ -31,7 +31,7 @@ def load() -> None:
     )  # fmt: skip
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@numba.njit(**LOOP, error_model="numpy")
 def weighed_motion(there, pivot, modes, rotation, factor, axes, sunk, weight, out):
     """Motion of points for a unit of each of pose (6) and modes (D), mm, times a `weight`.
 
@@ -90,7 +90,7 @@ def _place(points, modes, posture, motion):
             points[n, a] = motion[a, 0] * x + motion[a, 1] * y + motion[a, 2] * z + motion[a, 3]
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@numba.njit(**LOOP, error_model="numpy")
 def weighed_residuals(
     mean, modes, normals, posture, motion, pivot, rays, sunk, axes, trusted, bias, deviation,
     together, stray, flat, hidden, guessed, residual, out,

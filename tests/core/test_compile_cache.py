@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -85,3 +86,25 @@ def test_a_folder_may_be_written_to_if_it_can_be_made(tmp_path):
     (tmp_path / "file").touch()
     assert compile_cache._writable(tmp_path / "new" / "numba")
     assert not compile_cache._writable(tmp_path / "file" / "numba")
+
+
+@pytest.mark.parametrize("kind", ["*.nbi", "*.nbc"])
+@pytest.mark.parametrize("left", [0, 20])
+def test_what_a_crash_left_of_compiled_loops_is_compiled_again(kind, left, tmp_path):
+    code = """
+import numpy as np
+from abs_engine.core.facet_loops import unit_normals
+print(unit_normals(np.eye(3), np.array([[0, 1, 2]]))[0])
+"""
+
+    def said() -> str:
+        place = {**os.environ, VARIABLE: str(tmp_path)}
+        done = [sys.executable, "-c", code]
+        return subprocess.run(done, env=place, check=True, capture_output=True, text=True).stdout
+
+    first = said()
+    whole = {path: path.stat().st_size for path in tmp_path.rglob("*.nb?")}
+    (damaged,) = tmp_path.rglob(kind)
+    damaged.write_bytes(damaged.read_bytes()[:left])
+    assert said() == first
+    assert {path: path.stat().st_size for path in tmp_path.rglob("*.nb?")} == whole

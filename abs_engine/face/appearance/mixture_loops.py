@@ -6,8 +6,10 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from abs_engine.core.compiled import LOOP
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+
+@numba.njit(**LOOP, error_model="numpy", fastmath=True)
 def exponents(samples, means, roots, part, out):
     """Fill -0.5 times the squared deviations of samples (D, N) from each component, (K, N).
 
@@ -27,7 +29,7 @@ def exponents(samples, means, roots, part, out):
                 out[k, n] -= part[n] * part[n]
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@numba.njit(**LOOP, error_model="numpy", fastmath=True)
 def scatters(samples, share, means):
     """Sum of each component's share (K, N) of samples (D, N) by their offsets, (K, D, D)."""
     size, count = samples.shape
