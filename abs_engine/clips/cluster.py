@@ -10,13 +10,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from abs_engine.clips.job import SCRATCH
 from abs_engine.core.errors import ParameterError
 
 if TYPE_CHECKING:
     from distributed import Client, LocalCluster
 
-SCRATCH = ".workers"
-"""In the folder of the runs: what workers of a local cluster put away."""
 _ANSWER = "20s"
 _GONE = ("closed", "failed")
 _SETTINGS = {

@@ -11,12 +11,15 @@ from pathlib import Path
 
 from abs_engine.core.clock import TIMING
 from abs_engine.core.errors import ParameterError
+from abs_engine.io.naming import partial_of
 from abs_engine.tracking.options import TrackOptions
 
 DONE, FAILED, WAITING = "done", "failed", "waiting"
 TABLE = "clips.csv"
 OWN = TABLE, TIMING
 """Files about all clips, in the folder of their runs."""
+SCRATCH = ".workers"
+"""In the folder of the runs: what workers of a local cluster put away."""
 BETWEEN = " | "
 """Separates warnings in a message."""
 LONGEST = 200
@@ -84,14 +87,16 @@ def run_names(videos: Sequence[Path]) -> list[str]:
     Raises
     ------
     ParameterError
-        If two are named alike even so, or one as a file in the folder of all runs.
+        If two are named alike even so, or one as something else in the folder of all runs.
     """
     stems = Counter(video.stem for video in videos)
     names = [_cut(v.stem if stems[v.stem] == 1 else f"{v.parent.name}-{v.stem}") for v in videos]
+    taken = {*OWN, SCRATCH, *map(traceback_of, names)}
+    taken |= {partial_of(Path(name)).name for name in (*names, *OWN)}
     for name, video in zip(names, videos, strict=True):
-        if name in OWN:
+        if name in taken:
             raise ParameterError(
-                f"the run of {video} would be named '{name}', as the file about all clips is",
+                f"the run of {video} would be named '{name}', as something else beside the runs is",
                 "rename the video",
             )
         if names.count(name) > 1:
@@ -100,6 +105,11 @@ def run_names(videos: Sequence[Path]) -> list[str]:
                 "give each once, or track them to different folders",
             )
     return names
+
+
+def traceback_of(name: str) -> str:
+    """Name of the file beside a run in which the traceback of an error is kept."""
+    return f"{name}.traceback.txt"
 
 
 def _cut(name: str) -> str:

@@ -131,9 +131,13 @@ def write_table(
         counts = got.frames, got.found, got.closed
         table.writerow((job.name, video, got.status, *counts, got.message))
     made = partial_of(folder / TABLE)
-    made.write_text(text.getvalue(), encoding="utf-8", errors="backslashreplace")
-    settle(made)
-    made.replace(folder / TABLE)
+    try:
+        made.write_text(text.getvalue(), encoding="utf-8", errors="backslashreplace")
+        settle(made)
+        made.replace(folder / TABLE)
+    except OSError:
+        made.unlink(missing_ok=True)
+        raise
 
 
 def _is_other(job: Job) -> bool:

@@ -8,7 +8,7 @@ import traceback
 from pathlib import Path
 from typing import Any
 
-from abs_engine.clips.job import BETWEEN, DONE, FAILED, Job, Outcome
+from abs_engine.clips.job import BETWEEN, DONE, FAILED, Job, Outcome, traceback_of
 from abs_engine.core.errors import AbsEngineError, BusyOutputError, OutputError, SameOutputError
 from abs_engine.core.foreign import named
 from abs_engine.core.registry import PLUGINS, load_plugin
@@ -47,7 +47,7 @@ def track_job(job: Job) -> Outcome:
 
 
 def _traceback_of(job: Job) -> Path:
-    return job.folder.with_name(f"{job.name}.traceback.txt")
+    return job.folder.with_name(traceback_of(job.name))
 
 
 def _kept(job: Job, error: Exception) -> str:

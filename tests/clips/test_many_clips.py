@@ -21,7 +21,7 @@ from distributed import CancelledError, Client, KilledWorker, LocalCluster
 from distributed.deploy.spec import close_clusters
 from drawn import lit
 from heads import seen_at
-from runs import write_kind
+from runs import full, write_kind
 from short import Threads
 
 from abs_engine.cli import main
@@ -77,8 +77,12 @@ def test_a_clip_given_by_two_paths_is_refused(tmp_path, monkeypatch, capsys):
     assert f"two clips would be tracked to '{tmp_path.name}-k'" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", ["clips.csv.mp4", "timing.json.mp4"])
-def test_a_clip_named_as_a_file_about_all_of_them_is_refused(name):
+@pytest.mark.parametrize(
+    "name",
+    ["clips.csv.mp4", "timing.json.mp4", ".workers.mp4", "a.traceback.txt.mp4", ".a.partial.mp4",
+     ".clips.csv.partial.mp4"],
+)  # fmt: skip
+def test_a_clip_named_as_something_else_beside_the_runs_is_refused(name):
     with pytest.raises(ParameterError, match="rename the video"):
         run_names([Path("s1/a.mp4"), Path(name)])
 
@@ -157,6 +161,15 @@ def test_the_clip_of_a_run_may_have_been_moved(tmp_path):
     runs = done_before(tmp_path, "s1/k.mp4", "one")
     moved = (tmp_path / "s1" / "k.mp4").rename(tmp_path / "k.mp4")
     assert not rows_of_others(runs, [Job(moved, runs / "k", "cpu", TrackOptions(), (), {})])
+
+
+def test_a_table_that_does_not_fit_leaves_the_one_before(tmp_path):
+    (tmp_path / "runs").mkdir()
+    write_table(tmp_path / "runs", [job(tmp_path)], {})
+    before = contents(tmp_path / "runs")
+    with full(2000), pytest.raises(OSError, match="too large"):
+        write_table(tmp_path / "runs", [job(tmp_path, f"{k:099d}") for k in range(100)], {})
+    assert contents(tmp_path / "runs") == before
 
 
 @pytest.mark.parametrize(
