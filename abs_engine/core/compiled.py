@@ -1,8 +1,9 @@
-"""Options of compiled loops; those that are kept, but damaged, are compiled again."""
+"""Options of compiled loops; those that are damaged, or cannot be kept, are compiled again."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from pickle import UnpicklingError
 from types import MappingProxyType
 from typing import Any
@@ -19,6 +20,7 @@ INNER: Mapping[str, Any] = MappingProxyType(
 Without what Python and C would call them by, they compile a quarter faster.
 """
 _load: Any = FunctionCache.load_overload
+_save: Any = FunctionCache.save_overload
 
 
 def _loaded(kept: Any, *given: Any) -> Any:
@@ -30,4 +32,11 @@ def _loaded(kept: Any, *given: Any) -> Any:
         return None
 
 
+def _saved(kept: Any, *given: Any) -> None:
+    """Keep a loop, if the disk takes it; without that it can be used as well."""
+    with suppress(OSError):
+        _save(kept, *given)
+
+
+FunctionCache.save_overload = _saved  # type: ignore[method-assign]
 FunctionCache.load_overload = _loaded  # type: ignore[method-assign]

@@ -88,23 +88,34 @@ def test_a_folder_may_be_written_to_if_it_can_be_made(tmp_path):
     assert not compile_cache._writable(tmp_path / "file" / "numba")
 
 
-@pytest.mark.parametrize("kind", ["*.nbi", "*.nbc"])
-@pytest.mark.parametrize("left", [0, 20])
-def test_what_a_crash_left_of_compiled_loops_is_compiled_again(kind, left, tmp_path):
-    code = """
+LOOP = """
 import numpy as np
 from abs_engine.core.facet_loops import unit_normals
 print(unit_normals(np.eye(3), np.array([[0, 1, 2]]))[0])
 """
 
-    def said() -> str:
-        place = {**os.environ, VARIABLE: str(tmp_path)}
-        done = [sys.executable, "-c", code]
-        return subprocess.run(done, env=place, check=True, capture_output=True, text=True).stdout
 
-    first = said()
+def said(cache: Path, before: str = "") -> str:
+    """What a process says that calls a loop."""
+    words = [sys.executable, "-c", before + LOOP]
+    place = {**os.environ, VARIABLE: str(cache), "PYTHONDONTWRITEBYTECODE": "1"}
+    return subprocess.run(words, env=place, check=True, capture_output=True, text=True).stdout
+
+
+@pytest.mark.parametrize("kind", ["*.nbi", "*.nbc"])
+@pytest.mark.parametrize("left", [0, 20])
+def test_what_a_crash_left_of_compiled_loops_is_compiled_again(kind, left, tmp_path):
+    first = said(tmp_path)
     whole = {path: path.stat().st_size for path in tmp_path.rglob("*.nb?")}
     (damaged,) = tmp_path.rglob(kind)
     damaged.write_bytes(damaged.read_bytes()[:left])
-    assert said() == first
+    assert said(tmp_path) == first
     assert {path: path.stat().st_size for path in tmp_path.rglob("*.nb?")} == whole
+
+
+def test_a_loop_that_the_disk_does_not_take_is_used_all_the_same(tmp_path):
+    limit = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (9, -1))\n"
+    first = said(tmp_path / "full", limit)
+    assert not list(tmp_path.rglob("*.nbc"))
+    assert said(tmp_path / "other") == first
+    assert list(tmp_path.rglob("*.nbc"))
