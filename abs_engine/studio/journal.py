@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from abs_engine.core.errors import InputFileError
 from abs_engine.io.unfinished import Unfinished
 
 
@@ -40,6 +41,12 @@ class Journal(Unfinished):
         super()._begin()
         for part in (self.plans, self.chunks):
             part.mkdir(exist_ok=True)
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        """Leave; of a file that a crash left in pieces it is said what to remove."""
+        super().__exit__(kind, error, trace)
+        if isinstance(error, InputFileError) and str(self.partial) in error.problem:
+            raise InputFileError(error.problem, f"remove {self.partial} to begin again") from error
 
     @property
     def plans(self) -> Path:

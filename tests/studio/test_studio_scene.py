@@ -18,7 +18,7 @@ import pytest
 
 from abs_engine.cli import main
 from abs_engine.core.clock import Clock, cost_lines
-from abs_engine.core.errors import OutputError, StudioError
+from abs_engine.core.errors import InputFileError, OutputError, StudioError
 from abs_engine.dataset import card, codec, load_dataset, offsets
 from abs_engine.evaluate.check import check_dataset
 from abs_engine.io.naming import partial_of
@@ -26,6 +26,7 @@ from abs_engine.studio import chunk, filming, make
 from abs_engine.studio.chunk import Job, jobs_of
 from abs_engine.studio.journal import Journal
 from abs_engine.studio.make import Crew
+from abs_engine.studio.plan import load
 from abs_engine.studio.pool import _next
 from abs_engine.studio.scenefile import parse_scene, read_scene
 
@@ -201,6 +202,15 @@ def test_two_at_once_at_one_data_set(tmp_path):
     with Journal(tmp_path / "data", "") as anew:  # of no scene: nothing to go on from
         assert not anew.resumed
         assert not anew.done("x.npz")
+
+
+def test_what_a_crash_left_in_pieces_is_to_be_removed(tmp_path):
+    with Journal(tmp_path / "data", "scene") as journal:
+        journal.plan(0).write_bytes(b"PK")
+    said = pytest.raises(InputFileError, match=rf"remove {journal.partial} to begin again")
+    with said, Journal(tmp_path / "data", "scene") as again:
+        load(again.plan(0))
+    assert journal.plan(0).is_file()
 
 
 def test_a_film_process_that_dies_is_one_line(tmp_path):
