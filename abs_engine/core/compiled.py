@@ -24,7 +24,7 @@ _save: Any = FunctionCache.save_overload
 
 
 def _loaded(kept: Any, *given: Any) -> Any:
-    """What numba has kept of a loop; None if there is nothing, or a crash left it in pieces."""
+    """A loop that numba has kept; None if there is none, or a crash left it in pieces."""
     try:
         return _load(kept, *given)
     except (EOFError, UnpicklingError, ValueError):

@@ -120,6 +120,15 @@ def is_kept(partial: Path) -> bool:
     return (partial / CHOICES).is_file() and (partial / WHOLE).is_dir()
 
 
+def empty(folder: Path) -> None:
+    """Remove all that a folder holds."""
+    for inside in folder.iterdir():
+        if inside.is_dir() and not inside.is_symlink():
+            shutil.rmtree(inside)
+        else:
+            inside.unlink()
+
+
 def _sync(path: Path) -> None:
     number = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
     try:

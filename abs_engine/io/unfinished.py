@@ -21,6 +21,7 @@ from abs_engine.io.naming import (
     CHOICES,
     RECORD,
     WHOLE,
+    empty,
     is_kept,
     lock,
     partial_of,
@@ -112,12 +113,8 @@ class NewFolder(Making):
 
     def _begin_again(self) -> None:
         """Make ready what is filled, whatever lies there."""
-        self.clear()
+        empty(self.partial)
         self.work.mkdir()
-
-    def clear(self) -> None:
-        """Remove all that was made."""
-        _empty(self.partial)
 
     def finish(self) -> Path:
         """Give the folder its name, and return it.
@@ -253,7 +250,7 @@ class Unfinished(NewFolder):
 
     def empty(self) -> None:
         """Remove the output as far as it was made; what lies beside it stays."""
-        _empty(self.work)
+        empty(self.work)
 
     def leave(self) -> None:
         """Let others have it; what lies there stays."""
@@ -307,11 +304,3 @@ def kept_if_of_use(made: Unfinished, done: Path) -> Iterator[None]:
         if input_at_fault or not of_use:
             made.discard()
         raise
-
-
-def _empty(folder: Path) -> None:
-    for inside in folder.iterdir():
-        if inside.is_dir() and not inside.is_symlink():
-            shutil.rmtree(inside)
-        else:
-            inside.unlink()
