@@ -22,7 +22,7 @@ class Reader:
     ended, stopped : bool
         Whether there are no more, the newest may still wait to be taken; and whether by `stop`.
     error : AbsEngineError or None
-        Why, where the feed broke off.
+        Why, where the feed broke off or a fault stopped it.
     """
 
     def __init__(self, feed: Feed) -> None:
@@ -58,9 +58,10 @@ class Reader:
                 return
             yield shot
 
-    def stop(self) -> None:
-        """Take no more frames."""
+    def stop(self, why: AbsEngineError | None = None) -> None:
+        """Take no more frames, for the reason of a fault if one is given."""
         with self._changed:
+            self.error = self.error or why
             self.ended = self.stopped = True
             self._newest = None
             self._changed.notify_all()
@@ -79,7 +80,7 @@ class Reader:
                         self._kept.append(shot)
                     self._changed.notify_all()
         except AbsEngineError as error:
-            self.error = error
+            self.error = self.error if self.stopped else error
         finally:
             with self._changed:
                 self.ended = True

@@ -110,10 +110,10 @@ def follow(
 
 def ending(feed: Feed, reader: Reader) -> tuple[str, bool]:
     """Reason for which there are no more frames, in a line, and if that is a fault."""
-    if reader.stopped:
-        return "stopped", False
     if reader.error is not None:
         return str(reader.error), True
+    if reader.stopped:
+        return "stopped", False
     if feed.lost:
         return f"{feed.name} gives no more frames: is it unplugged?", True
     return f"{feed.name} has ended", False

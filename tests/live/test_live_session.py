@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import http.client
+import io
 import json
+import os
 import re
 import signal
 import socket
@@ -18,7 +21,7 @@ import pytest
 from browser import open_browser
 from drawn import lit
 from heads import seen_at
-from runs import write_kind
+from runs import toy_result, write_kind
 
 from abs_engine import export_run
 from abs_engine.cli import main
@@ -27,8 +30,10 @@ from abs_engine.cli.commands.live import ends_orderly
 from abs_engine.core.clock import Clock
 from abs_engine.core.errors import VideoError
 from abs_engine.io.video import probe
+from abs_engine.live import session as session_module
 from abs_engine.live.feed import FileFeed
 from abs_engine.live.reader import Reader
+from abs_engine.live.release import Released
 from abs_engine.live.session import ending, follow
 from abs_engine.tracking.frame_state import Memory
 from abs_engine.tracking.record import load_run
@@ -185,15 +190,96 @@ def test_a_feed_that_ends_before_a_frame_is_tracked_is_refused(film):
         follow(SimpleNamespace(setting=setting, memory=Memory()), reader, 1.0, print, print)
 
 
-def test_the_first_signal_ends_the_session_and_the_second_the_program(film):
+@pytest.mark.parametrize("then", [signal.SIGTERM, signal.SIGINT])
+def test_the_first_signal_ends_the_session_and_a_later_one_the_program(film, monkeypatch, then):
+    monkeypatch.setattr(commands, "_TOGETHER", 0.0)
     before, reader = signal.getsignal(signal.SIGTERM), Reader(FileFeed(film))
     with ends_orderly(reader):
         signal.raise_signal(signal.SIGTERM)
         assert list(reader.shots()) == []
         assert ending(FileFeed(film), reader) == ("stopped", False)
         with pytest.raises(KeyboardInterrupt):
-            signal.raise_signal(signal.SIGTERM)
+            signal.raise_signal(then)
     assert signal.getsignal(signal.SIGTERM) is before
+
+
+@pytest.mark.parametrize(
+    ("together", "then"), [(0.0, signal.SIGHUP), (1e9, signal.SIGTERM), (1e9, signal.SIGINT)]
+)
+def test_signals_of_one_request_count_once(film, monkeypatch, together, then):
+    """A shell and the system each send SIGHUP as a terminal closes; `timeout` sends two."""
+    monkeypatch.setattr(commands, "_TOGETHER", together)
+    with ends_orderly(Reader(FileFeed(film))):
+        signal.raise_signal(signal.SIGHUP)
+        signal.raise_signal(then)
+
+
+def test_a_signal_after_the_lines_were_closed_is_the_first(film):
+    reader = Reader(FileFeed(film))
+    with ends_orderly(reader):
+        reader.stop()
+        signal.raise_signal(signal.SIGINT)
+
+
+class Unwritable(io.StringIO):
+    """A stream that takes nothing."""
+
+    def __init__(self, number):
+        super().__init__()
+        self.number = number
+
+    def write(self, _text):
+        raise OSError(self.number, os.strerror(self.number))
+
+
+@pytest.fixture
+def short(film, tmp_path, monkeypatch):
+    """A session of two results, without a tracker; the exit status, and the facts of its run."""
+    facts = {}
+
+    class Kept:
+        def __init__(self, folder, _tracker):
+            self.folder, self.add = folder, lambda _: None
+
+        def write(self, _options, told, _progress):
+            facts.update(told)
+
+    def two(_tracker, reader, _delay, hand_on, _tell):
+        shot = next(reader.shots())
+        for index in range(2):
+            hand_on(Released(shot, toy_result(index), 0.1, 0))
+        reader.stop()
+        return 2
+
+    def run():
+        monkeypatch.setattr(session_module, "learned", lambda *_: SimpleNamespace(setting=None))
+        monkeypatch.setattr(session_module, "follow", two)
+        monkeypatch.setattr("abs_engine.live.keeper.Keeper", Kept)
+        monkeypatch.setattr("abs_engine.live.board.Board.begin", lambda *_: None)
+        words = ["live", film, "--renderer", "cpu", "--port", 0, "-o", tmp_path / "run"]
+        return main(list(map(str, words))), facts
+
+    return run
+
+
+def test_a_run_is_kept_where_stderr_is_gone(short, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("sys.stderr", Unwritable(errno.EIO))
+    status, facts = short()
+    assert (status, facts["end"]) == (0, "stopped")
+    assert len(capsys.readouterr().out.splitlines()) == 2
+    assert (tmp_path / "run" / "settings.toml").is_file()
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EIO])
+def test_a_run_is_kept_where_stdout_takes_nothing(short, tmp_path, monkeypatch, capsys, number):
+    monkeypatch.setattr("sys.stdout", Unwritable(number))
+    status, facts = short()
+    said = f"stdout cannot be written ({os.strerror(number)}); send it elsewhere"
+    assert (status, facts["end"]) == (2, said)
+    *_, ended, wrote = capsys.readouterr().err.splitlines()
+    assert ended.startswith(f"{said}; of ")
+    assert wrote == f"wrote {tmp_path / 'run'}"
+    assert (tmp_path / "run" / "settings.toml").is_file()
 
 
 def test_wrong_words_are_refused(film, tmp_path, capsys):

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import signal
-import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from typing import TYPE_CHECKING, Any
+from types import FrameType
+from typing import TYPE_CHECKING
 
 import click
 from click.core import ParameterSource
@@ -16,8 +17,9 @@ from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.cli.parts.drawing import opened
 from abs_engine.cli.parts.given_files import check_files
-from abs_engine.cli.parts.progress import Progress
+from abs_engine.cli.parts.progress import Progress, say
 from abs_engine.cli.parts.settings import SETTINGS, settings_option, settings_text
+from abs_engine.core.errors import OutputError
 from abs_engine.core.registry import DRIVERS
 from abs_engine.core.words import counted
 
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from abs_engine.tracking.options import TrackOptions
 
 _LEARN, _LOOK = 2.0, 0.2  # seconds of a stranger, and of a face that is known
+_TOGETHER = 1.0  # seconds in which several signals are one request: `timeout` sends two
 _NOTES = """\
 Each line on stdout is a frame: names and units as in results.csv of a run, null where a number is
 not known; delay_ms since the frame was taken; dropped, frames that were not tracked so far.
@@ -124,18 +127,18 @@ def live(chosen: Chosen) -> Done:
                 taker(released)
 
         stack.enter_context(ends_orderly(reader))
-        count = follow(tracker, reader, chosen.delay / 1e3, hand_on, _say)
+        count = follow(tracker, reader, chosen.delay / 1e3, hand_on, say)
         why, fault = ending(feed, reader)
         dropped = reader.count - count
         board.end(why)
-        _say(f"{why}; of {reader.count} frames {count} were tracked, {dropped} dropped")
+        say(f"{why}; of {reader.count} frames {count} were tracked, {dropped} dropped")
         if made is not None and keeper is not None and count:
             facts = {"source": feed.name, "delay": chosen.delay, "dropped": dropped, "end": why}
             keeper.write(options, facts, Progress("writing"))
             (made.work / SETTINGS).write_text(settings, encoding="utf-8")
             made.finish()
-            _say(f"wrote {output}")
-    return Done((), status=int(fault))
+            say(f"wrote {output}")
+    return Done((), status=2 if isinstance(reader.error, OutputError) else int(fault))
 
 
 def _times(chosen: Chosen) -> int:
@@ -173,22 +176,29 @@ def _printer(reader: Reader) -> Callable[[Released], None]:
             print(json.dumps(told(released)), flush=True)
         except BrokenPipeError:  # the session ends, and what came before is kept
             reader.stop()
+        except OSError as error:
+            said = f"stdout cannot be written ({error.strerror})"
+            reader.stop(OutputError(said, "send it elsewhere"))
 
     return line
 
 
-def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
-
-
 @contextmanager
 def ends_orderly(reader: Reader) -> Iterator[None]:
-    """Let the first Ctrl-C or SIGTERM end the session, not the program; another one ends that."""
+    """Let the first Ctrl-C or SIGTERM end the session, not the program; a later one ends that.
 
-    def stop(*_: Any) -> None:
-        if reader.stopped:
+    A later SIGHUP does not: the shell and the system each send one as a terminal closes.
+    """
+    first: float | None = None
+
+    def stop(number: int, _frame: FrameType | None) -> None:
+        nonlocal first
+        now = time.monotonic()
+        if first is None:
+            first = now
+            reader.stop()
+        elif number != signal.SIGHUP and now - first >= _TOGETHER:
             raise KeyboardInterrupt
-        reader.stop()
 
     asked = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
     heeded = [number for number in asked if signal.getsignal(number) is not signal.SIG_IGN]

@@ -31,7 +31,10 @@ def log(text: str) -> None:
 
 def say(line: str) -> None:
     """Print a part of the answer; on stderr where stdout is for JSON."""
-    print(line, flush=True, file=sys.stderr if asked("json") else sys.stdout)
+    if asked("json"):
+        log(f"{line}\n")
+    else:
+        print(line, flush=True)
 
 
 def interject(line: str) -> None:
