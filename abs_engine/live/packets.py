@@ -17,7 +17,7 @@ from abs_engine.export.face_units import UnitFit
 from abs_engine.export.live_link import EYES, ORDER, angles_of
 from abs_engine.io.assets import load_speaker
 from abs_engine.live.release import Released
-from abs_engine.tracking.options import ClipTracker
+from abs_engine.tracking.options import ClipTracker, Tell
 
 Destination = tuple[int, Any]
 NAME = "abs_engine"
@@ -49,13 +49,21 @@ def packet(name: str, seconds: float, rate: float, values: NDArray[np.float64] |
 
 
 def reached(address: str) -> Destination:
-    """Destination of packets for HOST:PORT; raises `OutputError` if there is no such host."""
+    """Destination of packets for HOST:PORT, by IPv4 where it has an address there.
+
+    Raises
+    ------
+    OutputError
+        If there is no such host.
+    """
     host, _, port = address.rpartition(":")
     try:
-        kind, *_, found = socket.getaddrinfo(host.strip("[]"), port, type=socket.SOCK_DGRAM)[0]
-    except OSError as error:
-        raise OutputError(f"there is no host {host} ({error.strerror})", "give an IP") from error
-    return kind, found
+        found = socket.getaddrinfo(host.strip("[]"), port, type=socket.SOCK_DGRAM)
+    except (OSError, UnicodeError) as error:
+        why = getattr(error, "strerror", "it is not a name")
+        raise OutputError(f"there is no host {host} ({why})", "give an IP") from error
+    kind, *_, at = min(found, key=lambda one: one[0] != socket.AF_INET)  # as who listens does
+    return kind, at
 
 
 class LiveLink:
@@ -65,16 +73,20 @@ class LiveLink:
     ----------
     destination : tuple
         As `reached` gives it.
+    tell : callable
+        Called once, with why, if packets cannot be sent.
     """
 
-    def __init__(self, destination: Destination, tracker: ClipTracker) -> None:
+    def __init__(self, destination: Destination, tracker: ClipTracker, tell: Tell) -> None:
         kind, self._address = destination
         speaker = load_speaker()
         self._order = [speaker.unit_names.index(name) for name in ORDER]
         self._fit = UnitFit.of(speaker, tracker.setting.face.body)
         self._rate = tracker.setting.rate
         self._socket = socket.socket(kind, socket.SOCK_DGRAM)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
         self._socket.setblocking(False)
+        self._tell: Tell | None = tell
 
     def send(self, released: Released) -> None:
         """Send a result; nobody need listen."""
@@ -86,8 +98,10 @@ class LiveLink:
         seconds = (now + time.localtime(now).tm_gmtoff) % _DAY
         try:
             self._socket.sendto(packet(NAME, seconds, self._rate, values), self._address)
-        except OSError:
-            return  # a network that is away for a while
+        except OSError as error:  # a network may be away for a while
+            tell, self._tell = self._tell, None
+            if tell is not None:
+                tell(f"Live Link's packets cannot be sent ({error.strerror})")
 
     def __enter__(self) -> LiveLink:
         return self

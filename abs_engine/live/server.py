@@ -55,7 +55,7 @@ class _Answer(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """The page, the head, or events as they come."""
-        name = self.headers.get("Host", "").rpartition(":")[0]
+        name = self.headers.get("Host", "").partition(":")[0]  # without a port if it is 80
         if name not in (HOST, "localhost"):  # another site's name for this machine
             self.send_error(HTTPStatus.FORBIDDEN)
         elif self.path == "/":

@@ -31,9 +31,11 @@ from abs_engine.core.clock import Clock
 from abs_engine.core.errors import VideoError
 from abs_engine.io.video import probe
 from abs_engine.live import session as session_module
+from abs_engine.live.board import Board
 from abs_engine.live.feed import FileFeed
 from abs_engine.live.reader import Reader
 from abs_engine.live.release import Released
+from abs_engine.live.server import served
 from abs_engine.live.session import ending, follow
 from abs_engine.tracking.frame_state import Memory
 from abs_engine.tracking.record import load_run
@@ -177,6 +179,15 @@ def test_a_session_is_shown_sent_and_kept(session, tmp_path, listener):
     np.testing.assert_allclose(recording.times, run["time"], atol=1.1e-3)
     assert export_run(tmp_path / "run", "arkit", tmp_path / "run.csv")
     assert {len(one) for one in listener.first(len(lines))} == {316}
+
+
+@pytest.mark.parametrize(
+    ("host", "status"),
+    [("127.0.0.1", 200), ("localhost", 200), ("localhost:80", 200), ("evil.example", 403)],
+)
+def test_a_browser_leaves_out_the_port_where_it_is_80(host, status):
+    with served(Board(), "head", 0) as address:
+        assert asked(address.split("/")[2], "/", host)[0] == status
 
 
 def test_a_feed_that_ends_before_a_frame_is_tracked_is_refused(film):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import socket
 import struct
 from types import SimpleNamespace
@@ -10,6 +12,7 @@ import numpy as np
 import pytest
 from runs import toy_result, toy_setting, written_run
 
+from abs_engine.core.errors import OutputError
 from abs_engine.export.exporter import read_run
 from abs_engine.export.face_units import unit_weights
 from abs_engine.export.live_link import EYES, HEAD, ORDER, live_link_rows
@@ -78,7 +81,7 @@ def test_what_is_sent_are_the_weights_that_an_export_has(tmp_path):
         there.bind(("127.0.0.1", 0))
         there.settimeout(5)
         to = reached(f"127.0.0.1:{there.getsockname()[1]}")
-        with LiveLink(to, SimpleNamespace(setting=toy_setting())) as link:
+        with LiveLink(to, SimpleNamespace(setting=toy_setting()), pytest.fail) as link:
             for frame, posture in enumerate((0, 3)):
                 link.send(Released(None, toy_result(frame, posture), 0.1, 0))
                 sent = decoded(there.recv(1000))[3][-1]
@@ -86,3 +89,37 @@ def test_what_is_sent_are_the_weights_that_an_export_has(tmp_path):
                 np.testing.assert_allclose(sent[:52], weights, atol=1e-5)
                 np.testing.assert_allclose(sent[52:], exported[frame, 52:], atol=1e-5)
     assert max(unit_weights(run)[0]) < 0.1  # the face at rest
+
+
+@pytest.mark.parametrize("host", ["a..b", "a" * 64, "\udcff"])
+def test_what_is_no_name_of_a_host_is_refused(host):
+    with pytest.raises(OutputError, match="it is not a name"):
+        reached(f"{host}:11111")
+
+
+def test_a_host_with_addresses_of_both_kinds_is_reached_by_ipv4(monkeypatch):
+    both = [(socket.AF_INET6, 2, 17, "", ("::1", 1, 0, 0)), (socket.AF_INET, 2, 17, "", ("::", 1))]
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: both)
+    assert reached("localhost:1") == (socket.AF_INET, ("::", 1))
+    del both[1]
+    assert reached("[::1]:1") == (socket.AF_INET6, ("::1", 1, 0, 0))
+
+
+def test_packets_can_be_broadcast_and_the_first_that_cannot_be_sent_is_named():
+    said, tracker = [], SimpleNamespace(setting=toy_setting())
+    with LiveLink(reached("255.255.255.255:9"), tracker, said.append) as link:
+        assert link._socket.getsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST)
+        link._socket = Unreachable(link._socket)
+        for index in range(3):
+            link.send(Released(None, toy_result(index), 0.1, 0))
+    assert said == ["Live Link's packets cannot be sent (Network is unreachable)"]
+
+
+class Unreachable:
+    """A socket whose network is away."""
+
+    def __init__(self, found):
+        self.close = found.close
+
+    def sendto(self, *_):
+        raise OSError(errno.ENETUNREACH, os.strerror(errno.ENETUNREACH))

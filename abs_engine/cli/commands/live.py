@@ -17,7 +17,7 @@ from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.cli.parts.drawing import opened
 from abs_engine.cli.parts.given_files import check_files
-from abs_engine.cli.parts.progress import Progress, say
+from abs_engine.cli.parts.progress import Progress, interject, say
 from abs_engine.cli.parts.settings import SETTINGS, settings_option, settings_text
 from abs_engine.core.errors import OutputError
 from abs_engine.core.registry import DRIVERS
@@ -117,7 +117,7 @@ def live(chosen: Chosen) -> Done:
         progress.remark(f"tracking started; {passed} passed during preparation")
         takers = [_printer(reader), board.show]
         if link is not None:
-            takers.append(stack.enter_context(LiveLink(link, tracker)).send)
+            takers.append(stack.enter_context(LiveLink(link, tracker, interject)).send)
         keeper = None if made is None else Keeper(made.work, tracker)
         if keeper is not None:
             takers.append(keeper.add)
