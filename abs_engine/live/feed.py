@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import Future
+from itertools import chain
 from pathlib import Path
 from typing import Protocol
 
@@ -13,6 +16,7 @@ import numpy as np
 from abs_engine.core.arrays import Image
 from abs_engine.core.errors import ParameterError, VideoError
 from abs_engine.io.video import probe, read_frames
+from abs_engine.io.video.stream import Stream
 
 _USUAL_RATE, _MOST_RATE = 25.0, 240.0  # of a source that does not say; one that says more is wrong
 
@@ -72,13 +76,8 @@ class FileFeed:
             start += self._times[-1] + 1 / self.rate
 
 
-class StreamFeed:
-    """A camera or a URL, by OpenCV.
-
-    Parameters
-    ----------
-    source : str
-        A camera's number or device, or a URL.
+class UrlFeed:
+    """A URL, by FFmpeg; a video of a known length is played at its own speed, others are live.
 
     Raises
     ------
@@ -86,36 +85,75 @@ class StreamFeed:
         If it cannot be opened, or shows nothing.
     """
 
+    def __init__(self, url: str) -> None:
+        stream = Stream(url)
+        self.name, self.lost, self.rate = url, not stream.recorded, _likely(stream.rate)
+        self._frames = stream.frames()
+        first = next(self._frames, None)
+        if first is None:
+            raise VideoError(f"{url} shows nothing", "check what sends it")
+        self._first, self.size = first, _size(first[0])
+
+    def frames(self) -> Iterator[tuple[Image, float]]:
+        """Each frame, and when it came or, of a known length, is shown."""
+        start, begins = time.monotonic(), self._first[1] or 0.0
+        for count, (image, at) in enumerate(chain([self._first], self._frames)):
+            _check_size(self, image)
+            after = count / self.rate if at is None else at - begins
+            yield image, time.monotonic() if self.lost else _waited(start + after)
+
+
+class CameraFeed:
+    """A camera, by OpenCV.
+
+    Parameters
+    ----------
+    source : str
+        Its number or device.
+
+    Raises
+    ------
+    VideoError
+        If it cannot be opened, or shows nothing.
+    """
+
+    lost = True
+
     def __init__(self, source: str) -> None:
         number = int(source) if source.isdecimal() else None
-        self.lost = "://" not in source
         self.name = source if number is None else f"camera {source}"
         self._capture = _opened(self.name, source if number is None else number)
         there, image = self._capture.read()
         if not there:
             raise VideoError(f"{self.name} shows nothing", _REMEDY)
         self._first: Image = np.asarray(image, np.uint8)
-        self.size = self._first.shape[1], self._first.shape[0]
-        rate = self._capture.get(cv2.CAP_PROP_FPS)
-        self.rate = rate if 1 <= rate <= _MOST_RATE else _USUAL_RATE
+        self.size = _size(self._first)
+        self.rate = _likely(self._capture.get(cv2.CAP_PROP_FPS))
 
     def frames(self) -> Iterator[tuple[Image, float]]:
-        """Each frame, and when it came; a file behind a URL is played at its own speed."""
-        recorded = self._capture.get(cv2.CAP_PROP_FRAME_COUNT) > 0
-        start, image = time.monotonic(), self._first
+        """Each frame, and when it came."""
+        there, image = True, self._first
         try:
-            while True:
-                after = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3 if recorded else 0.0
-                taken = _waited(start + after) if recorded else time.monotonic()
-                yield np.ascontiguousarray(image[..., ::-1]), taken
+            while there:
+                _check_size(self, image)
+                yield np.ascontiguousarray(image[..., ::-1]), time.monotonic()
                 there, read = self._capture.read()
-                if not there:
-                    return
-                image = np.asarray(read, np.uint8)
-                if image.shape != self._first.shape:
-                    raise VideoError(f"{self.name} has changed its size", "start again")
+                image = np.asarray(read, np.uint8) if there else image
         finally:
             self._capture.release()
+
+
+def _size(image: Image) -> tuple[int, int]:
+    return image.shape[1], image.shape[0]
+
+
+def _check_size(feed: Feed, image: Image) -> None:
+    if _size(image) != feed.size:
+        raise VideoError(f"{feed.name} has changed its size", "start again")
+
+
+def _likely(rate: float) -> float:
+    return rate if 1 <= rate <= _MOST_RATE else _USUAL_RATE
 
 
 _REMEDY = "check that it is connected and not in use, or give a file or a URL"
@@ -123,7 +161,10 @@ _REMEDY = "check that it is connected and not in use, or give a file or a URL"
 
 def _opened(name: str, source: str | int) -> cv2.VideoCapture:
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # what fails is said here
-    capture = cv2.VideoCapture(source)
+    try:
+        capture = cv2.VideoCapture(source)
+    except cv2.error as error:  # a number that no camera has
+        raise VideoError(f"{name} cannot be opened", _REMEDY) from error
     if not capture.isOpened():
         raise VideoError(f"{name} cannot be opened", _REMEDY)
     capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)  # old frames are of no use
@@ -136,6 +177,20 @@ def _waited(until: float) -> float:
     if left > 0:
         time.sleep(left)
     return until
+
+
+def _url_feed(url: str) -> UrlFeed:
+    """The feed of a URL, opened by a thread, as Ctrl-C does not end FFmpeg while it waits."""
+    made: Future[UrlFeed] = Future()
+
+    def run() -> None:
+        try:
+            made.set_result(UrlFeed(url))
+        except BaseException as error:  # noqa: BLE001 - raised again below
+            made.set_exception(error)
+
+    threading.Thread(target=run, name="opening", daemon=True).start()
+    return made.result()
 
 
 def is_file(source: str) -> bool:
@@ -156,5 +211,5 @@ def open_feed(source: str, repeat: int = 1) -> Feed:
     if not is_file(source):
         if repeat != 1:
             raise ParameterError("--repeat is for files", "leave it out, or give a file")
-        return StreamFeed(source)
+        return _url_feed(source) if "://" in source else CameraFeed(source)
     return FileFeed(Path(source), repeat)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 
-from abs_engine.core.errors import AbsEngineError
+from abs_engine.core.errors import AbsEngineError, VideoError
 from abs_engine.live.feed import Feed
 from abs_engine.tracking.frame_state import Shot
 
@@ -81,6 +81,9 @@ class Reader:
                     self._changed.notify_all()
         except AbsEngineError as error:
             self.error = self.error if self.stopped else error
+        except BaseException as error:
+            self.error = VideoError(f"{self._feed.name} breaks off ({error!r})", "start again")
+            raise
         finally:
             with self._changed:
                 self.ended = True

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import http.server
+import re
+import signal
+import socket
 import threading
 import time
+from contextlib import contextmanager
 from functools import partial
 
 import cv2
@@ -13,7 +17,7 @@ import pytest
 
 from abs_engine.core.errors import InputFileError, ParameterError, VideoError
 from abs_engine.io.video import VideoWriter
-from abs_engine.live.feed import FileFeed, StreamFeed, open_feed
+from abs_engine.live.feed import CameraFeed, FileFeed, open_feed
 from abs_engine.live.reader import Reader
 from abs_engine.live.release import RECENT, Release
 from abs_engine.live.session import ending
@@ -28,7 +32,7 @@ class Steps:
 
     name, size, rate, lost = "steps", (48, 32), 50.0, True
 
-    def __init__(self, count, broken=False):
+    def __init__(self, count, broken=None):
         self.count, self.broken = count, broken
         self.let = threading.Semaphore(0)
 
@@ -38,7 +42,7 @@ class Steps:
             yield np.full_like(IMAGE, k), 100.0 + PERIOD * k
         self.let.acquire()
         if self.broken:
-            raise VideoError("it breaks off", "look at it")
+            raise self.broken
 
     def go(self, reader, frames):
         """Let frames come, and wait for them."""
@@ -72,7 +76,7 @@ def test_only_the_newest_frame_waits():
 
 
 def test_every_frame_is_learned_from_and_what_a_feed_ended_by_is_known():
-    feed = Steps(6, broken=True)
+    feed = Steps(6, VideoError("it breaks off", "look at it"))
     reader = Reader(feed)
     for _ in range(7):
         feed.let.release()
@@ -81,6 +85,18 @@ def test_every_frame_is_learned_from_and_what_a_feed_ended_by_is_known():
     assert len(reader.collect(1.0)) == 0
     assert str(reader.error) == "it breaks off; look at it"
     assert ending(feed, reader) == ("it breaks off; look at it", True)
+
+
+def test_an_error_of_a_library_is_a_fault(monkeypatch):
+    raised = threading.Event()
+    monkeypatch.setattr(threading, "excepthook", lambda _: raised.set())  # Python's own prints it
+    feed = Steps(0, RuntimeError("no memory"))
+    reader = Reader(feed)
+    feed.let.release()
+    assert list(reader.shots()) == []
+    assert raised.wait(10)
+    said = "steps breaks off (RuntimeError('no memory')); start again"
+    assert ending(feed, reader) == (said, True)
 
 
 def test_frames_are_collected_for_as_long_as_asked():
@@ -185,6 +201,97 @@ def test_a_url_that_ends_is_said(film):
     assert ending(feed, reader) == (f"{feed.name} has ended", False)
 
 
+@contextmanager
+def sent(*parts, length=None):
+    """A URL that gives so many bytes, and then ends; its server says no length unless asked to."""
+    head = b"HTTP/1.0 200 OK\r\n" + (b"Content-Length: %d\r\n" % length if length else b"")
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve():
+            connection, _ = server.accept()
+            with connection:
+                connection.recv(4096)
+                connection.sendall(b"".join((head, *parts)))
+
+        thread = threading.Thread(target=serve, daemon=True)
+        thread.start()
+        yield f"http://127.0.0.1:{server.getsockname()[1]}/film"
+        thread.join()
+
+
+def jpegs(*sizes):
+    """Pictures as a camera on the network sends them, the end of the head first."""
+    yield b"Content-Type: multipart/x-mixed-replace; boundary=b\r\n\r\n"
+    for size in sizes:
+        data = cv2.imencode(".jpg", np.zeros((*size[::-1], 3), np.uint8))[1].tobytes()
+        yield b"--b\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(data)
+        yield data + b"\r\n"
+
+
+def test_a_live_url_that_ends_is_a_fault_and_nothing_else_is_said(capfd):
+    with sent(*jpegs((48, 32), (48, 32), (48, 32))) as url:
+        feed = open_feed(url)
+        assert (feed.size, feed.lost) == ((48, 32), True)
+        reader = Reader(feed)
+        assert len(reader.collect(60.0)) == 3
+    assert ending(feed, reader)[1]
+    assert capfd.readouterr().err == ""
+
+
+def test_a_url_that_changes_its_size_is_not_tracked_on():
+    with sent(*jpegs((48, 32), (48, 32), (64, 32))) as url:
+        feed = open_feed(url)
+        reader = Reader(feed)
+        assert len(reader.collect(60.0)) == 2
+    assert ending(feed, reader) == (f"{url} has changed its size; start again", True)
+
+
+@pytest.mark.parametrize("states", [True, False])
+@pytest.mark.parametrize("share", [0.5, 1])
+def test_a_film_behind_a_url_that_breaks_off_is_told_from_one_that_ends(tmp_path, share, states):
+    path, rng = tmp_path / "film.mkv", np.random.default_rng(0)
+    with VideoWriter(path, (48, 32), 50.0) as video:
+        for _ in range(40):
+            video.write(rng.integers(0, 255, IMAGE.shape, np.uint8))
+    film = path.read_bytes()
+    part = film[: int(share * len(film))]
+    with sent(b"\r\n", part, length=states and len(film)) as url:
+        feed = open_feed(url)
+        reader = Reader(feed)
+        count = len(reader.collect(60.0))
+    said, fault = ending(feed, reader)
+    assert fault == (share < 1)
+    if fault:
+        assert 0 < count < 40
+        assert re.search(rf"breaks off after {count} frames \(at 0\.\d of 0\.8 s\)", said)
+    else:
+        assert (count, said) == (40, f"{url} has ended")
+
+
+def test_an_interrupt_does_not_wait_for_a_url():
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def interrupt():
+            connection, _ = server.accept()
+            with connection:
+                connection.recv(4096)
+                signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+                over.wait(60)
+
+        over, start = threading.Event(), time.monotonic()
+        thread = threading.Thread(target=interrupt, daemon=True)
+        thread.start()
+        try:
+            with pytest.raises(KeyboardInterrupt):
+                open_feed(f"http://127.0.0.1:{server.getsockname()[1]}/film")
+        finally:
+            signal.signal(signal.SIGINT, before)
+            over.set()
+            thread.join()
+    assert time.monotonic() - start < 25  # FFmpeg waits for 30 s
+
+
 def test_a_camera_that_is_unplugged_is_said(monkeypatch):
     class Unplugged:
         def __init__(self, source):
@@ -208,7 +315,7 @@ def test_a_camera_that_is_unplugged_is_said(monkeypatch):
             self.left = 0
 
     monkeypatch.setattr(cv2, "VideoCapture", Unplugged)
-    feed = StreamFeed("3")
+    feed = CameraFeed("3")
     reader = Reader(feed)
     shots = reader.collect(60.0)
     assert len(shots) == reader.count == 4
@@ -226,6 +333,8 @@ def test_what_is_no_file_is_not_repeated(source):
     ("source", "error", "said"),
     [
         ("63", VideoError, "camera 63 cannot be opened"),
+        ("99999999999", VideoError, "camera 99999999999 cannot be opened"),
+        ("http://\udcff", VideoError, "cannot be opened"),
         ("http://127.0.0.1:9/none.mp4", VideoError, "cannot be opened"),
         ("no-such.mp4", InputFileError, "does not exist"),
     ],

@@ -55,11 +55,17 @@ class Ending:
 
     def check(self, count: int) -> None:
         """Raise `VideoError` if the end was no end; `count` frames came."""
-        promised = self._promised()
-        short = promised > 0 and self._reached < promised - self._slack()
+        short = self.short() or ""
         if short or any(self._packets) or any(self._frames) or is_torn(self._path):
-            of = f", at {self._reached:.1f} of {promised:.1f} s" if short else ""
-            raise broken_off(self._path, count, of)
+            raise broken_off(self._path, count, short and f", {short}")
+
+    def short(self) -> str | None:
+        """Where it ended, such as "at 1.0 of 2.0 s"; empty if whole, None if no header tells."""
+        promised = self._promised()
+        if promised <= 0:
+            return None
+        too_early = self._reached < promised - self._slack()
+        return f"at {self._reached:.1f} of {promised:.1f} s" if too_early else ""
 
     def _promised(self) -> float:
         """Seconds that the header promises; 0 where it says nothing."""

@@ -125,7 +125,7 @@ def _decoded(path: Path) -> Iterator[tuple[av.VideoFrame, float]]:
     with open_video(path) as container:
         stream = picture_stream(container)
         aspect, ending = pixel_aspect(stream), Ending(path, container, stream)
-        decoder = _Decoder(stream)
+        decoder = Decoder(stream)
         try:
             for packet in container.demux():
                 ending.packet(packet)
@@ -141,7 +141,7 @@ def _decoded(path: Path) -> Iterator[tuple[av.VideoFrame, float]]:
         raise VideoError(f"{path} holds no frames", _NOT_WHOLE)
 
 
-class _Decoder:
+class Decoder:
     """Decodes a stream's packets; those that are damaged cost their frames, unless they end it."""
 
     def __init__(self, stream: av.VideoStream) -> None:
@@ -210,7 +210,7 @@ def _survey(
             if _is_shown(packet, stream, first if keys < 2 else None):
                 stamps.append(packet.pts)
         tail = before + last if len(before + last) <= _LONGEST_TAIL else []
-        decoder = _Decoder(stream)
+        decoder = Decoder(stream)
         for packet in tail:
             for frame in decoder.frames(packet):
                 ending.frame(frame)

@@ -39,11 +39,36 @@ def open_video(path: Path) -> av.container.InputContainer:
                 f"{path} is cut off before any picture can be read", "copy or export it again"
             ) from error
         raise VideoError(f"{path} is not a video", f"give {_KINDS}") from error
-    problem = _unusable(container)
-    if problem:
-        container.close()
-        raise VideoError(f"{path} {problem}", f"give {_KINDS} with pictures")
-    return container
+    return _usable(str(path), container)
+
+
+def open_url(url: str, patience: float) -> av.container.InputContainer:
+    """Open a URL that gives pictures; use it in a `with` statement.
+
+    Parameters
+    ----------
+    patience : float
+        Seconds without data after which opening, or reading, fails.
+
+    Raises
+    ------
+    VideoError
+        If there is nothing, or nothing that can be shown.
+    """
+    tcp = {"rtsp_transport": "tcp"}  # nothing is lost on the way
+    try:
+        container = av.open(url, options=tcp, timeout=patience, metadata_errors="replace")
+    except (av.error.FFmpegError, ValueError) as error:
+        said = f"{url} cannot be opened ({reason(error)})"
+        raise VideoError(said, "check it, and what sends it") from error
+    return _usable(url, container)
+
+
+def reason(error: av.error.FFmpegError | ValueError) -> str:
+    """Reason for which a URL cannot be read, in a few words."""
+    if isinstance(error, av.error.ExitError):  # by the limit of `open_url`
+        return "nothing comes any more"
+    return getattr(error, "strerror", None) or "it is not a URL"
 
 
 def picture_stream(container: av.container.InputContainer) -> av.VideoStream:
@@ -93,6 +118,15 @@ def _preference(stream: av.VideoStream) -> tuple[bool, bool, int]:
     if context is None:
         return False, False, 0
     return True, bool(stream.disposition & Disposition.default), context.width * context.height
+
+
+def _usable(name: str, container: av.container.InputContainer) -> av.container.InputContainer:
+    """The same; it is closed, and refused, where nothing can be read."""
+    problem = _unusable(container)
+    if problem:
+        container.close()
+        raise VideoError(f"{name} {problem}", f"give {_KINDS} with pictures")
+    return container
 
 
 def _unusable(container: av.container.InputContainer) -> str:
