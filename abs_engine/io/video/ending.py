@@ -60,7 +60,7 @@ class Ending:
             raise broken_off(self._path, count, short and f", {short}")
 
     def short(self) -> str | None:
-        """Where it ended, such as "at 1.0 of 2.0 s"; empty if whole, None if no header tells."""
+        """Place of an early end, as "at 1.0 of 2.0 s"; empty if whole, None if no header tells."""
         promised = self._promised()
         if promised <= 0:
             return None
