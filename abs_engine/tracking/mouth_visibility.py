@@ -93,7 +93,7 @@ class MouthLook:
 
     @property
     def likeness(self) -> float:
-        """How much it looks like a mouth in skin, 0 to 1."""
+        """Likeness to a mouth in skin, 0 to 1."""
         return self.inside * self.around
 
     def hidden(self, now: MouthLook) -> bool:
