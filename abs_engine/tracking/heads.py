@@ -15,7 +15,6 @@ from abs_engine.core.foreign import own
 from abs_engine.core.pose import no_correction
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import meanwhile
-from abs_engine.face.appearance.colourless import grey_below
 from abs_engine.face.base import Face
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.fit.shading import NAME as SHADED
@@ -23,6 +22,7 @@ from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.video import read_frames
 from abs_engine.learn.heads.table import EYES_MM
 from abs_engine.tracking import beforehand, landmark_jacobian
+from abs_engine.tracking.alike_mouths import to_learn_from
 from abs_engine.tracking.blob_start import by_blobs, mouth_model, physics_expression
 from abs_engine.tracking.clip_setting import NO_FACE, NO_POSE, ClipSetting
 from abs_engine.tracking.cut_faces import shows_eyes
@@ -201,8 +201,7 @@ def by_landmarks(
     follower = follower_of(clip.video, choice)
     with meanwhile(_average, speaker, correspondence, scale, expression, known) as average:
         numbered = candidate_frames(_numbered(clip, follower), str(clip.video))
-    seen = [(image, marks) for image, (_, marks) in numbered]
-    grey = grey_below([(image, marks.pixels) for image, marks in seen])
+    seen, grey = to_learn_from([(image, marks) for image, (_, marks) in numbered])
     chosen, turned = frames_to_learn(seen)
     tell("fitting the head")
     fitted = fit_person(

@@ -22,7 +22,7 @@ from abs_engine.face.held_head import held_head
 from abs_engine.fit.shading import with_shading
 from abs_engine.tracking.blob_start import learning
 from abs_engine.tracking.cut_faces import MouthInPicture
-from abs_engine.tracking.frame_choice import frames_to_learn
+from abs_engine.tracking.frame_choice import Sighted, frames_to_learn
 from abs_engine.tracking.head_fit import AverageHead, seen_in
 from abs_engine.tracking.head_pose import TexturedHead
 from abs_engine.tracking.landmark_calibration import (
@@ -37,8 +37,6 @@ from abs_engine.tracking.mouth_visibility import MouthLook
 from abs_engine.tracking.placed_mouths import PlacedMouths
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION
-
-Sighted = tuple[Image, Landmarks]
 
 
 @dataclass(frozen=True, eq=False)
