@@ -35,6 +35,8 @@ INNER_RING = np.array(
 INNER_PAIRS, OUTER_PAIRS = (np.stack([r[:10:-1], r[1:10]]) for r in (INNER_RING, OUTER_RING))
 """Nine of the upper lip (2, 9), and below them the lower lip's, from the subject's right."""
 LIPS = np.concatenate([OUTER_RING, INNER_RING])
+MIDDLES = (13, 14)
+"""Of the inner lips, the upper one and the lower."""
 EYES = (np.array([33, 133]), np.array([263, 362]))
 """Corners of the subject's right and left eye, the outer one first."""
 _AROUND = 1.5  # times a face's size: what it looks at (as MediaPipe does)
@@ -83,7 +85,7 @@ class Landmarks:
     @property
     def openness(self) -> float:
         """Height between the inner lips' middles over the distance of the eyes' outer corners."""
-        upper, lower, right, left = self.pixels[[13, 14, 33, 263]]
+        upper, lower, right, left = self.pixels[[*MIDDLES, 33, 263]]
         across = float(np.linalg.norm(left - right))
         return float(np.linalg.norm(upper - lower)) / max(across, 1e-9)
 

@@ -192,8 +192,9 @@ def close_up(pixel: float, size: tuple[int, int]) -> list[str]:
 
     `pixel` is how many mm one covers of the face in the median frame; NaN without any.
     """
-    face = FRAME_LOOP.face_height / pixel
-    return [CLOSE_UP] if face > FRAME_LOOP.most_face * min(size) else []
+    high, (width, height) = FRAME_LOOP.face_height / pixel, size
+    share = max(high / height, FRAME_LOOP.face_width * high / width)
+    return [CLOSE_UP] if share > FRAME_LOOP.most_face else []
 
 
 def disagreement(aperture: float, deviation: float, by_landmarks: float) -> float:

@@ -16,7 +16,7 @@ from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.scene import Candidates
 from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame, turned
 from abs_engine.tracking.landmark_jacobian import weighed_motion
-from abs_engine.tracking.landmarks import COUNT, INNER_RING, LIPS, OUTER_RING, Landmarks
+from abs_engine.tracking.landmarks import COUNT, INNER_RING, LIPS, MIDDLES, OUTER_RING, Landmarks
 from abs_engine.tracking.lip_landmarks import LipLandmarks
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
@@ -140,6 +140,18 @@ def test_what_a_person_is_seen_off_by_becomes_the_bias():
         known.deviation[:, :2], LANDMARK_EVIDENCE.within * shape.deviation[:, :2]
     )
     np.testing.assert_allclose(known.deviation[:, 2], shape.deviation[:, 2])
+
+
+@pytest.mark.parametrize(("parted", "kept"), [(-3.0, -3.0), (0.8, 0.8), (4.0, 1.0)])
+def test_lips_that_never_meet_are_hardly_a_bias(parted, kept):
+    """What a fit lags behind lips that stay open is not by how much the network parts closed ones."""
+    off = np.zeros((COUNT, 2))
+    off[INNER_RING, 1] = 0.4
+    off[MIDDLES[1], 1] += parted / 2 / LANDMARK_EVIDENCE.bias_share
+    off[MIDDLES[0], 1] -= parted / 2 / LANDMARK_EVIDENCE.bias_share
+    bias = average().known(np.zeros((COUNT, 3)), [off] * 8).bias
+    assert bias[MIDDLES[1], 1] - bias[MIDDLES[0], 1] == pytest.approx(kept)
+    assert bias[INNER_RING, 1].mean() == pytest.approx(0.4 * LANDMARK_EVIDENCE.bias_share)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -47,9 +47,12 @@ def test_measures_disagree_less_the_less_is_known():
     assert disagreement(4.0, np.nan, 2.0) < disagreement(4.0, 0.1, 2.0)
 
 
-@pytest.mark.parametrize(("size", "warned"), [((640, 480), False), ((640, 160), True)])
-def test_a_face_that_is_higher_than_the_picture_is_a_close_up(size, warned):
-    """Of 0.5 mm a pixel, a face of 200 mm is 400 pixels high."""
+@pytest.mark.parametrize(
+    ("size", "warned"),
+    [((640, 480), False), ((640, 160), True), ((288, 512), False), ((200, 512), True)],
+)
+def test_a_face_that_is_larger_than_the_picture_is_a_close_up(size, warned):
+    """Of 0.5 mm a pixel, a face is 400 pixels high and 288 wide: a portrait holds it."""
     assert bool(close_up(0.5, size)) == warned
     assert not close_up(np.nan, size)
     assert not close_up(2.0, size)

@@ -117,10 +117,13 @@ class FrameSettings:
         of p01 to p16 of the strangers' clips is 17.
     face_height : float, mm
         Of a usual face, by which it is judged how much of it the picture can hold. Not measured.
-    most_face : float, times the picture's shorter side
-        Height of the face in the median frame, above which a run without --worn warns of a
-        close-up. Chosen on a close-up of `tal_lips`, 1.25, and clips of GRID of 0.46 to 0.57, also
-        cut: below the nose, 0.69 to 0.80, and above the mouth, without the eyes, 1.04 to 1.22.
+    face_width : float, times its height
+        Of a usual face. Not measured.
+    most_face : float, times the picture's height or width
+        Height or width of the face in the median frame, above which a run without --worn warns of a
+        close-up. Chosen by heights, on a close-up of `tal_lips`, 1.25, and clips of GRID of 0.46 to
+        0.57, also cut: below the nose, 0.69 to 0.80, and above the mouth, without the eyes, 1.04 to
+        1.22.
     most_held : float, share of the frames
         Held to the landmarks, above which a run warns. Not measured.
     most_lost : float, share of the frames
@@ -213,6 +216,7 @@ class FrameSettings:
     longest_closed: float = 2.5
     least_mouth: float = 10.0
     face_height: float = 200.0
+    face_width: float = 0.72
     most_face: float = 1.15
     most_held: float = 0.1
     most_lost: float = 0.5

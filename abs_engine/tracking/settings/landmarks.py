@@ -73,6 +73,11 @@ class LandmarkSettings:
         The least open ones, that say by how much the network sees inner lips apart that meet: there
         other evidence is surest, and an error of it, teeth taken for lips, the smallest. Not
         measured.
+    most_parted : float, mm
+        By which the network may see inner lips apart that meet, as far as that is taken for its
+        bias. Measured: 0.9 and less in p01 to p11 and p13 to p16 of the strangers and in GRID's
+        clips, up to 1.3 in p12; 1.5 to 4.7 where parts of these clips without closed lips are
+        tracked, whose openings then came out 1.4 to 3.4 mm too small.
     stray_sighting : float, mm
         A sighting that is farther off counts as this far. Not measured.
     least_sightings : int
@@ -137,6 +142,7 @@ class LandmarkSettings:
     bias_share: float = 0.95
     within: float = 0.5
     closest: int = 3
+    most_parted: float = 1.0
     stray_sighting: float = 6.0
     least_sightings: int = 3
     tried: int = 96
