@@ -172,9 +172,13 @@ def check_speaker(physics: LearnedPhysics, speaker: Speaker) -> None:
         If it was.
     """
     if physics.speaker and physics.speaker != checksum(speaker):
-        raise ModelFormatError(
-            "the lips were trained with another speaker's head", "give that head with --speaker"
-        )
+        remedy = "give that head with --speaker"
+        if speaker.imported:
+            remedy = (
+                "leave out this head (--model, --speaker) or give theirs in its place, or train "
+                "lips with this one (train --speaker)"
+            )
+        raise ModelFormatError("the lips were trained with another speaker's head", remedy)
 
 
 def _check_asked(n_modes: int, n_train: int) -> None:

@@ -118,11 +118,7 @@ def _calibrated(
     faces = [(f.image, _outline(model, f.pose, camera)) for f in frames]
     chromatic, exposure = in_colour(faces), Exposure.of(faces)
     if not (chromatic or model.known):
-        raise ParameterError(
-            f"{colourless(video, exposure)}, and a start by colour finds no lips in it",
-            "leave out what replaces the start from landmarks: --start blobs, --poses, a preset "
-            "or a box in which no face is seen",
-        )
+        raise _no_colour(video, exposure, boxed=given is None and options.mouth is not None)
     colours = usable(colours, chromatic)
     tell(learning(colours))
     told = given is not None or options.mouth is not None
@@ -132,6 +128,22 @@ def _calibrated(
     if isinstance(motion, HeadMotion):
         motion = replace(motion, colours=calibration.classes, rate=clip.info.rate)
     return calibration, motion, frames
+
+
+def _no_colour(video: Path, exposure: Exposure, boxed: bool) -> ParameterError:
+    """The error of a face without colour; `boxed` where --mouth says where the face is."""
+    if boxed:
+        return ParameterError(
+            f"{colourless(video, exposure)} where --mouth puts the face, and a start by colour "
+            "finds no lips there",
+            "check that --mouth holds the whole mouth in the first frame; if it does, leave out "
+            "what replaces the start from landmarks: --start blobs or a preset",
+        )
+    return ParameterError(
+        f"{colourless(video, exposure)}, and a start by colour finds no lips in it",
+        "leave out what replaces the start from landmarks: --start blobs, --poses, a preset "
+        "or a box in which no face is seen",
+    )
 
 
 def _frames_of_poses(

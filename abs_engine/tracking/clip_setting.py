@@ -199,6 +199,8 @@ class ClipSetting:
         Whether the head's poses are taken as they are, and only postures are fitted.
     landmarks : MouthLandmarks or None
         How landmarks are weighed, where the network is asked.
+    learned_lips : bool
+        Whether the mouth moves as lips of learned physics alone, which may be unable to open.
     warnings : tuple of str
         What a user should know before believing the run, whatever its frames show.
     hint : str
@@ -220,6 +222,7 @@ class ClipSetting:
     charged: bool = False
     pose_held: bool = False
     landmarks: MouthLandmarks | None = None
+    learned_lips: bool = False
     warnings: tuple[str, ...] = ()
     hint: str = ""
     clock: Clock = field(default_factory=lambda: Clock(time.thread_time))

@@ -269,6 +269,7 @@ def head_setting(
         face, clip.camera, renderer, clip.info.rate, motion, binder, leaves.driver.minimiser(),
         ByLook(classes, fitted.look, fitted.place), clip.info.times,
         NO_FACE if given is None else NO_POSE, landmarks=marks,
+        learned_lips=options.physics is not None,
     )  # fmt: skip
 
 

@@ -1,10 +1,15 @@
-"""A second opinion on where a mouth is drawn, for heads that are placed without landmarks.
+"""A second opinion on a mouth that is drawn, for heads that are placed without landmarks.
 
 A head that is followed by its texture or by the lips' colour may lie beside the face and explain
 much of the picture there, as cheeks explain cheeks. Some frames are shown to the landmark network.
+
+So are those of learned lips, wherever the head is placed: landmarks are fitted by the lips' own
+modes there, and where these cannot open, neither measure is of an open mouth.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -14,7 +19,7 @@ from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.face_choice import faces_seen
 from abs_engine.tracking.landmarks import OUTER_RING, Landmarks
 from abs_engine.tracking.run_table import closed_frames
-from abs_engine.tracking.run_warnings import mouth_otherwise
+from abs_engine.tracking.run_warnings import mouth_otherwise, never_open
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 
@@ -24,12 +29,15 @@ class MouthCheck:
     Parameters
     ----------
     setting : ClipSetting
-        Of a head that landmarks place, or of a mouth in a close-up, nothing is compared.
+        Of a head that landmarks place, only frames in which learned lips are drawn closed are
+        looked at; of a mouth in a close-up, none.
     """
 
     def __init__(self, setting: ClipSetting) -> None:
         self._setting = setting
-        self._asked = setting.landmarks is None and OPENING not in setting.face.appearance
+        self._placed = setting.landmarks is not None
+        asked = setting.learned_lips or not self._placed
+        self._asked = asked and OPENING not in setting.face.appearance
         self._next, self._step = 0, max(1, round(FRAME_LOOP.look_apart * setting.rate))
         self._elsewhere: list[bool] = []
         self._looks = self._shut = 0
@@ -38,23 +46,32 @@ class MouthCheck:
         """Look at the next frame (H, W, 3) RGB, or leave it out."""
         if not self._asked or not result.found or result.pose is None:
             return
-        if result.index < self._next:
+        shut = bool(closed_frames(result.aperture))
+        if result.index < self._next or (self._placed and not shut):
             return
         self._next = result.index + self._step
-        outer = result.lips[: self._setting.face.ring_sizes[0]]
-        drawn = self._setting.camera.project(result.pose.apply(outer))
         seen = [marks for _, marks in faces_seen(image)]
         self._looks += 1
         if self._looks % FRAME_LOOP.looks == 0:  # a long clip is looked at less often
             self._step *= 2
         if seen:
-            self._elsewhere.append(all(_elsewhere(drawn, one) for one in seen))
+            self._elsewhere.append(not self._placed and self._is_elsewhere(result, seen))
             parted = all(one.openness > FRAME_LOOP.parted for one in seen)
-            self._shut += bool(parted and closed_frames(result.aperture))
+            self._shut += parted and shut
+
+    def _is_elsewhere(self, result: FrameResult, seen: Sequence[Landmarks]) -> bool:
+        """Whether the mouth is drawn elsewhere than any face has one."""
+        if result.pose is None:
+            return False
+        outer = result.lips[: self._setting.face.ring_sizes[0]]
+        drawn = self._setting.camera.project(result.pose.apply(outer))
+        return all(_elsewhere(drawn, one) for one in seen)
 
     def warnings(self) -> list[str]:
         """Those of mouths that lie elsewhere, or are closed and seen open, in too many frames."""
         elsewhere, seen = sum(self._elsewhere), len(self._elsewhere)
+        if self._placed:
+            return never_open(self._shut, seen, self._looks)
         return mouth_otherwise(elsewhere, self._shut, seen, self._looks)
 
 

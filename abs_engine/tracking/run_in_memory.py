@@ -168,7 +168,8 @@ class Run:
         """Write the folder that `track` writes, as far as it holds data.
 
         ``overlay.mp4``, ``contact_sheet.png`` and ``head.png``, which need the video's pictures,
-        are left out; so are ``timing.json`` and ``.choices``. Everything that reads runs reads it.
+        are left out; so are ``timing.json``, ``.choices`` and ``settings.toml``. Everything that
+        reads runs reads it.
 
         Parameters
         ----------

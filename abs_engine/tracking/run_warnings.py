@@ -65,6 +65,11 @@ ELSEWHERE = (
     "in {} of {} in which a landmark network sees the mouth, it is drawn {}: look at the overlay; "
     "without --preset, --model, --start and --person, landmarks place the head"
 )
+NEVER_OPEN = (
+    "in {} of {} that were looked at, of those in which the mouth is drawn closed, a landmark "
+    "network sees it open: look at the overlay; the learned lips may be unable to open as this "
+    "mouth does; track without them (--physics, --model, --preset)"
+)
 SMALL_MOUTH = (
     "the mouth is only {} wide in the picture: below {:.0f} its openings are hardly followed; give "
     "the video at its full size, or film from nearer"
@@ -149,9 +154,25 @@ def mouth_otherwise(elsewhere: int, shut: int, seen: int, looked_at: int) -> lis
     frames, told = counted(seen, "frame"), []
     if elsewhere > FRAME_LOOP.most_elsewhere * seen:
         told.append(ELSEWHERE.format(elsewhere, frames, "elsewhere"))
-    if shut > max(1.0, FRAME_LOOP.most_contradicted * seen):
+    if _many(shut, seen):
         told.append(ELSEWHERE.format(shut, frames, "closed, and seen open"))
     return told
+
+
+def never_open(shut: int, seen: int, looked_at: int) -> list[str]:
+    """Warning that learned lips are drawn closed where the mouth is seen open, if they are.
+
+    The counts are of frames, all with lips drawn closed: in which they are seen open, in which a
+    face is seen, and of all that were looked at.
+    """
+    if 2 * seen < looked_at or not _many(shut, seen):
+        return []
+    return [NEVER_OPEN.format(shut, counted(seen, "frame"))]
+
+
+def _many(shut: int, seen: int) -> bool:
+    """Whether so many frames, of those in which a face is seen, are no chance."""
+    return shut > max(1.0, FRAME_LOOP.most_contradicted * seen)
 
 
 def all_closed(closed: NDArray[np.bool_], time: NDArray[np.float64]) -> list[str]:

@@ -112,11 +112,10 @@ def prepare_worn(
     tell("fitting the head")
     made = fitted_clip(clip, speaker, opening, images, options, leaves, renderer)
     warnings = [] if options.model_file is not None else [_UNLEARNED]
-    if options.mouth is None:
-        if _whole_faces(images):
-            warnings.append(_WHOLE)
-        elif not _settles(images):
-            warnings.append(_NO_MOUTH)
+    if _whole_faces(images):
+        warnings.append(_WHOLE)
+    elif options.mouth is None and not _settles(images):
+        warnings.append(_NO_MOUTH)
     setting = replace(made.setting, warnings=tuple(warnings))
     return replace(made, setting=setting, remarks="\n".join(warnings))
 

@@ -401,7 +401,7 @@ def test_the_command_scores_one_run_where_it_lies(truth, dataset, tmp_path, caps
     assert not (run / "evaluation" / "truth_scores.json").exists()
     assert (run / "evaluation" / "truth_curves.png").stat().st_size > 1000
     assert main(["evaluate", str(run), "--truth", str(dataset)]) == 2
-    assert "exists already" in capsys.readouterr().err
+    assert "exists already; give another with -o or remove it" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -365,6 +365,18 @@ def test_lips_of_another_head_are_refused():
     other = replace(SPEAKER, vertices=SPEAKER.vertices * np.float32(1.1))
     with pytest.raises(ModelFormatError, match="another speaker"):
         check_speaker(TRAINED.physics, other)
+    with pytest.raises(ModelFormatError) as caught:
+        check_speaker(TRAINED.physics, other)
+    assert caught.value.remedy == "give that head with --speaker"
+
+
+def test_lips_of_another_head_than_an_imported_one_have_a_remedy_that_works():
+    other = replace(SPEAKER, vertices=SPEAKER.vertices * np.float32(1.1), own_texture=np.zeros(1))
+    assert other.imported
+    with pytest.raises(ModelFormatError) as caught:
+        check_speaker(TRAINED.physics, other)
+    assert "leave out this head (--model, --speaker)" in caught.value.remedy
+    assert "train --speaker" in caught.value.remedy
 
 
 class TestMotion:

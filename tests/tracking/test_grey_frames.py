@@ -10,11 +10,13 @@ from drawn import drawn, network_sees, speaker, vertices_of
 from runs import write_kind
 
 import abs_engine
+from abs_engine.core.errors import ParameterError
 from abs_engine.face.base import lip_aperture
 from abs_engine.face.rings import lip_rings
 from abs_engine.tracking import landmark_motion
 from abs_engine.tracking.clip_setting import GREY
 from abs_engine.tracking.landmark_motion import LandmarkMotion
+from abs_engine.tracking.landmarks import OUTER_RING
 from abs_engine.tracking.light import SkinLight
 
 NOTHING = SimpleNamespace(pose=None)
@@ -53,6 +55,20 @@ def test_frames_without_colour_go_by_landmarks_and_say_so(runs):
     assert (half["status"][:HALF] != GREY).all()
     assert (whole["status"] != GREY).all()
     np.testing.assert_allclose(half["aperture"][HALF:], truth(), atol=1.5)
+
+
+def test_a_start_by_colour_without_colour_names_the_box_that_was_given(tmp_path):
+    image = grey_of(drawn("clara"))
+    video = write_kind(tmp_path / "grey.mp4", "libx264", [image] * 4)
+    box = network_sees(image).pixels[OUTER_RING]
+    mouth = (*box.min(axis=0), *np.ptp(box, axis=0))
+    with pytest.raises(ParameterError) as caught:
+        abs_engine.track(video, start="blobs", renderer="cpu")
+    assert "no colour, and a start by colour finds no lips" in caught.value.problem
+    with pytest.raises(ParameterError) as caught:
+        abs_engine.track(video, start="blobs", mouth=mouth, renderer="cpu")
+    assert "no colour where --mouth puts the face" in caught.value.problem
+    assert caught.value.remedy.startswith("check that --mouth holds the whole mouth")
 
 
 def test_the_colours_of_the_other_frames_are_hardly_spoilt(runs):

@@ -83,15 +83,17 @@ def test_most_of_the_frames_count():
     assert warned([*beside, *right[:1]])[0].startswith("in 2 of 3 frames in which")
 
 
-def test_a_mouth_that_is_drawn_closed_and_seen_open(monkeypatch):
-    def face(openness):
-        seen = network_sees(IMAGE).points.copy()
-        across = np.linalg.norm(seen[263, :2] - seen[33, :2])
-        seen[14] = seen[13] + [0, openness * across, 0]
-        return None, replace(network_sees(IMAGE), points=seen)
+def open_by(openness):
+    """The picture's face, as if its lips were so far apart."""
+    seen = network_sees(IMAGE).points.copy()
+    across = np.linalg.norm(seen[263, :2] - seen[33, :2])
+    seen[14] = seen[13] + [0, openness * across, 0]
+    return None, replace(network_sees(IMAGE), points=seen)
 
+
+def test_a_mouth_that_is_drawn_closed_and_seen_open(monkeypatch):
     def said(openness, frames, aperture=0.0, beside=()):
-        faces = [face(openness), *map(face, beside)]
+        faces = [open_by(openness), *map(open_by, beside)]
         monkeypatch.setattr(mouth_check, "faces_seen", lambda _image: faces)
         return warned([replace(result(k * apart), aperture=aperture) for k in range(frames)])
 
@@ -100,6 +102,24 @@ def test_a_mouth_that_is_drawn_closed_and_seen_open(monkeypatch):
     assert "it is drawn closed, and seen open: look" in said(0.1, 3)[0]
     assert said(0.1, 3, aperture=4.0) == said(0.02, 3) == said(0.1, 1) == []
     assert said(0.1, 3, beside=[0.02]) == []  # which of the two is drawn is not known
+
+
+def test_learned_lips_that_cannot_open_are_noticed_though_landmarks_place_the_head(monkeypatch):
+    apart = round(FRAME_LOOP.look_apart * 25)
+    opened = open_by(0.1)
+    monkeypatch.setattr(mouth_check, "faces_seen", lambda _image: [opened])
+    closed = [replace(result(k * apart, right=40.0), aperture=0.0) for k in range(3)]
+    placed = setting(landmarks=object(), learned_lips=True)
+    opening = [replace(one, aperture=4.0, index=one.index + 1) for one in closed]
+    both = sorted([*closed, *opening], key=lambda one: one.index)
+    (said,) = warned(both, made=placed)
+    assert said.startswith("in 3 of 3 frames that were looked at, of those in which the mouth is")
+    assert "sees it open" in said
+    assert "--physics" in said
+    assert warned(opening, made=placed) == warned(closed[:1], made=placed) == []
+    assert warned(closed, made=setting(landmarks=object())) == []
+    opened = open_by(0.02)
+    assert warned(closed, made=placed) == []
 
 
 def test_lost_frames_and_pictures_without_a_face_do_not_count():

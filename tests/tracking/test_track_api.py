@@ -179,6 +179,16 @@ def test_a_run_states_the_checksum_of_its_physics(video, tmp_path):
     assert told["physics_sha256"] == sha256(shipped(BUNDLED).read_bytes()).hexdigest()
 
 
+@pytest.mark.parametrize(
+    ("chosen", "learned"),
+    [({}, False), ({"physics": shipped(BUNDLED)}, True), ({"model": "shell"}, True)],
+)
+def test_mouths_of_learned_lips_are_compared_with_those_seen(video, chosen, learned):
+    setting = abs_engine.prepare(video, CpuRenderer(), TrackOptions(**chosen)).setting
+    assert setting.landmarks is not None
+    assert setting.learned_lips == learned
+
+
 def test_how_a_caller_has_numpy_treat_tiny_numbers_is_left_outside(video, run, recwarn):
     with np.errstate(all="raise"):
         found = abs_engine.track(video, renderer="cpu", terms="colour")

@@ -24,6 +24,7 @@ from abs_engine.learn.opening import (
     sides_of,
     spot_of,
 )
+from abs_engine.tracking import worn
 from abs_engine.tracking.initial_pose import with_mouth_at
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.settings.worn import CLOSE_UP
@@ -143,6 +144,13 @@ def test_a_run_of_whole_faces_keeps_the_warning(folder):
     run = abs_engine.track(video, worn=True, model=folder / "mouths.face", renderer="cpu")
     assert [line for line in run.warnings if "without --worn" in line]
     assert run.settings["remarks"] == run.warnings[0]
+
+
+def test_a_box_for_the_mouth_silences_no_warning_of_whole_faces(folder, monkeypatch):
+    monkeypatch.setattr(worn, "_whole_faces", lambda _images: True)
+    choices = {"worn": True, "model": folder / "mouths.face", "renderer": "cpu"}
+    run = abs_engine.track(folder / "new.mp4", mouth=(50, 40, 60, 40), **choices)
+    assert [line for line in run.warnings if "without --worn" in line]
 
 
 def test_a_run_of_no_mouth_keeps_the_warning(folder):
