@@ -118,7 +118,7 @@ def test_what_a_person_is_seen_off_by_becomes_the_bias():
     """Inner lips are seen apart where they meet: only the least open frames tell by how much."""
     shape, pose = average(), seen_at([0.1, 0.2, 0.1], [0, 0, 700])
     rng = np.random.default_rng(0)
-    own, off = rng.normal(0, 1, (COUNT, 2)), []
+    own, off = rng.normal(0, 0.4, (COUNT, 2)), []
     for k in range(8):
         posture = 0.5 * posture_of(k)
         seen = projected(points_of(shape, posture), pose)
@@ -144,7 +144,7 @@ def test_what_a_person_is_seen_off_by_becomes_the_bias():
 
 @pytest.mark.parametrize(("parted", "kept"), [(-3.0, -3.0), (0.8, 0.8), (4.0, 1.0)])
 def test_lips_that_never_meet_are_hardly_a_bias(parted, kept):
-    """What a fit lags behind lips that stay open is not by how much the network parts closed ones."""
+    """What a fit lags behind open lips is not by how much the network parts closed ones."""
     off = np.zeros((COUNT, 2))
     off[INNER_RING, 1] = 0.4
     off[MIDDLES[1], 1] += parted / 2 / LANDMARK_EVIDENCE.bias_share
