@@ -182,8 +182,8 @@ def calibrate_placed(
 def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibration) -> float:
     """Growth of apertures by colours alone with those by landmarks, see `following`.
 
-    1 where the mouth hardly moves by the landmarks, or no frame has colour: then there is nothing
-    to judge by.
+    1 where the mouth is closed and hardly moves by the landmarks, or no frame has colour: then
+    there is nothing to judge by.
     """
     if not placed:
         return 1.0
@@ -192,7 +192,7 @@ def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibrati
     starts = np.stack([f.start(model.n_expression) for f in placed])
     classes = replace(found.classes, agreement=1.0, separability={})
     told = _apertures(model, found.person, starts)
-    if told.std() < LANDMARK_EVIDENCE.least_motion:
+    if not (_moves(told) or _open(told)):
         return 1.0
     terms = stand.terms(classes, starts)
     alone = stand.postures(terms, starts, landmarks=False)
@@ -205,14 +205,26 @@ def following(marked: FloatArray, seen: FloatArray) -> float:
 
     Or, where that is less than both the slope and 1, the share of the other aperture in the median
     frame of a mouth that is plainly open: a slope rests on the widest openings, and may hide that
-    most others are taken for closed.
+    most others are taken for closed. Where they hardly move there is no slope.
     """
-    slope = float(np.cov(marked, seen, bias=True)[0, 1] / marked.var())
-    plain = marked > LANDMARK_EVIDENCE.plainly_open
-    if plain.sum() < LANDMARK_EVIDENCE.fewest_open:
+    moves = _moves(marked)
+    slope = float(np.cov(marked, seen, bias=True)[0, 1] / marked.var()) if moves else 1.0
+    if not _open(marked):
         return slope
+    plain = marked > LANDMARK_EVIDENCE.plainly_open
     share = float(np.median(seen[plain] / marked[plain]))
     return min(slope, share) if share < 1 else slope
+
+
+def _moves(marked: FloatArray) -> bool:
+    """Whether apertures (N,), mm, change by enough to judge by."""
+    return bool(marked.std() >= LANDMARK_EVIDENCE.least_motion)
+
+
+def _open(marked: FloatArray) -> bool:
+    """Whether enough of them are plainly open."""
+    plain = marked > LANDMARK_EVIDENCE.plainly_open
+    return bool(plain.sum() >= LANDMARK_EVIDENCE.fewest_open)
 
 
 def _round(

@@ -215,6 +215,8 @@ def test_known_colours_are_kept():
         ([0, 4, 5, 6, 20], [0, 0, 0, 0, 22], 0.0),  # the widest alone is seen
         ([0, 4, 5, 6, 20], [0, 6, 8, 9, 30], 1.5),  # more than landmarks see
         ([0, 1, 2, 4, 20], [0, 0, 0, 0, 20], 1.06),  # two frames are too few
+        ([5.0, 5.5, 5.0, 5.5], [1.0, 1.0, 1.5, 1.2], 0.2),  # open, and hardly moving
+        ([0.1, 0.2, 0.1, 0.2], [0.0, 0.0, 0.5, 0.0], 1.0),  # closed: nothing to judge by
     ],
 )
 def test_how_colours_follow_landmarks(told, seen, agreement):

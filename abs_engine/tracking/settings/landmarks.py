@@ -106,7 +106,8 @@ class LandmarkSettings:
         How unsure a class's place is in each round: the landmarks' noise, then that of fits. Not
         measured.
     least_motion : float, mm
-        Standard deviation of apertures from which on colours are judged by them. Not measured.
+        Standard deviation of apertures from which on colours are judged by how they grow with them;
+        from open lips alone otherwise. Not measured.
     plainly_open : float, mm
         Aperture by landmarks from which on colours are asked whether they see it, too. Chosen with
         altered clips of p04, p10 and p12 of the strangers in view (blurred, small, tinted).
