@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from abs_engine.capture.dot_annotations import Mark, check_view, initial_places
 from abs_engine.capture.dot_tracking import DotFollower, Sighting
@@ -135,18 +136,22 @@ def _rate_and_frames(videos: Sequence[Path]) -> tuple[float, int]:
             f"the videos have {first.frames} and {last.frames} frames",
             "cut them to begin and end together",
         )
-    _check_together(first, last)
+    check_together(first, last)
     return first.rate, first.frames
 
 
-def _check_together(one: VideoInfo, other: VideoInfo) -> None:
+def check_together(one: VideoInfo, other: VideoInfo) -> None:
     """Refuse videos whose files say that frames of one number are of different moments."""
     if not (one.times and other.times):
         return
-    apart = np.abs(np.subtract(one.times, other.times)) * one.rate
-    wrong = np.flatnonzero(apart > CAPTURE.times_apart)
+    first, second = np.array(one.times), np.array(other.times)
+    second = second * (first[-1] / max(second[-1], 1e-9))  # clocks run differently fast
+    limit, apart = CAPTURE.times_apart / one.rate, first - second
+    wrong = np.flatnonzero(np.abs(median_filter(apart, 5, mode="nearest")) > limit)  # stamps jitter
     if len(wrong):
         k = int(wrong[0])
+        while k and abs(apart[k - 1]) > limit:
+            k -= 1
         raise VideoError(
             f"frame {k} comes {one.times[k]:.3f} s after the first in one video and "
             f"{other.times[k]:.3f} s in the other",

@@ -102,7 +102,7 @@ def check_sides(views: Sequence[View], points: FloatArray) -> None:
     Raises
     ------
     ParameterError
-        If half of the points that are known, or more, lie there.
+        If more than half of the points that are known lie there.
     """
     known = points[np.isfinite(points).all(axis=-1)]
     for view in views:

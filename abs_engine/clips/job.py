@@ -96,7 +96,7 @@ def run_names(videos: Sequence[Path]) -> list[str]:
     for name, video in zip(names, videos, strict=True):
         if name in taken:
             raise ParameterError(
-                f"the run of {video} would be named '{name}', as something else beside the runs is",
+                f"the run of {video} would be named '{name}', which something else there is called",
                 "rename the video",
             )
         if names.count(name) > 1:

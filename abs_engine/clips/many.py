@@ -96,7 +96,10 @@ class _Watched:
 
     def _size(self) -> int:
         """Bytes of the frames that are kept."""
-        return self._journal.stat().st_size if self._journal.is_file() else 0
+        try:
+            return self._journal.stat().st_size
+        except OSError:  # there is none
+            return 0
 
     def died(self, deaths: int) -> None:
         """Count workers that died at it now."""

@@ -78,8 +78,8 @@ def rows_of_others(folder: Path, jobs: Iterable[Job]) -> list[list[str]]:
             and _is_other(ours[name])
         ):
             raise OutputError(
-                f"{folder / name} is of {os.path.normpath(folder / video)}",
-                f"track {ours[name].video} to another folder, or rename it",
+                f"{folder / name} is of {os.path.normpath(folder.resolve() / video)}",
+                f"track {ours[name].video} to another folder, or rename that video",
             )
     return [row for row in rows if row[0] not in ours]
 

@@ -28,7 +28,8 @@ def _loaded(kept: Any, *given: Any) -> Any:
     try:
         return _load(kept, *given)
     except (EOFError, UnpicklingError, ValueError):
-        kept.flush()  # forgotten, so that it is compiled and kept again
+        with suppress(OSError):
+            kept.flush()  # forgotten, so that it is compiled and kept again
         return None
 
 

@@ -98,6 +98,8 @@ class LiveLink:
         seconds = (now + time.localtime(now).tm_gmtoff) % _DAY
         try:
             self._socket.sendto(packet(NAME, seconds, self._rate, values), self._address)
+        except BlockingIOError:
+            return  # more at once than the system takes
         except OSError as error:  # a network may be away for a while
             tell, self._tell = self._tell, None
             if tell is not None:

@@ -82,6 +82,8 @@ class Reader:
         except AbsEngineError as error:
             self.error = self.error if self.stopped else error
         except BaseException as error:
+            if self.stopped:
+                return
             self.error = VideoError(f"{self._feed.name} breaks off ({error!r})", "start again")
             raise
         finally:

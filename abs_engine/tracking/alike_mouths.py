@@ -1,7 +1,7 @@
 """Frames whose mouth looks as in most frames, before it is known how lips and skin look.
 
 A mask, a microphone or a hand before the mouth in some of the frames that are learned from would
-else be learned as lips. What the mouth does changes its colours beside those of the
+otherwise be learned as lips. What the mouth does changes its colours beside those of the
 forehead little by little; what hides it changes them at once, and by more.
 """
 
@@ -79,8 +79,9 @@ def to_learn_from(seen: list[Sighted]) -> tuple[list[Sighted], float]:
 
     All of them, where only others have colour.
     """
-    for kept in (alike(seen), seen):
+    most = alike(seen)
+    for kept in (most, seen):
         grey = grey_below([(image, marks.pixels) for image, marks in kept])
         if grey:
             return kept, grey
-    return alike(seen), 0.0
+    return most, 0.0

@@ -89,18 +89,18 @@ class LandmarkShape:
         """
         share = LANDMARK_EVIDENCE.bias_share * min(1.0, len(off) / LANDMARK_EVIDENCE.closest)
         bias = share * np.median(off, axis=0)
-        bias[INNER_RING] = _least_parted(
-            share * np.median(off[: LANDMARK_EVIDENCE.closest], axis=0)
-        )
+        closed = share * np.median(off[: LANDMARK_EVIDENCE.closest], axis=0)
+        bias[INNER_RING] = _limited(closed)
         within = LANDMARK_EVIDENCE.within if len(off) >= LANDMARK_EVIDENCE.closest else 1.0
         deviation = self.deviation * np.array([within, within, 1.0])
         return replace(self, mean=self.mean + moved, bias=bias, deviation=deviation)
 
 
-def _least_parted(bias: FloatArray) -> FloatArray:
-    """A bias (468, 2), mm, of the inner lips that hardly parts them, (20, 2).
+def _limited(bias: FloatArray) -> FloatArray:
+    """The inner lips' part (20, 2) of a bias (468, 2), mm, shrunk where it parts them by too much.
 
-    In a clip in which they never meet, what the fit lags behind their opening else passes for it.
+    In a clip in which lips never meet, the network sees them farther apart than the fit does, which
+    lags behind: that is no bias.
     """
     inner, (upper, lower) = bias[INNER_RING], bias[list(MIDDLES), 1]
     share = min(1.0, LANDMARK_EVIDENCE.most_parted / max(lower - upper, 1e-9))

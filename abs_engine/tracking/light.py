@@ -47,8 +47,9 @@ class SkinLight:
 
     def same_hue(self, image: Image, landmarks: Landmarks) -> bool:
         """Whether the skin has its usual hue in a frame, as far as its light says so."""
-        change = self.change(image, landmarks)
-        return bool(np.ptp(change) < FRAME_LOOP.light_hue and np.abs(change).max() < _MOST)
+        change, usual = self.change(image, landmarks), np.ptp(_median(self.cheeks))
+        most = min(FRAME_LOOP.light_hue, FRAME_LOOP.hue_share * float(usual))
+        return bool(np.ptp(change) < most and np.abs(change).max() < _MOST)
 
     def too_dark(self, image: Image, landmarks: Landmarks) -> bool:
         """Whether next to nothing is seen of the face, as where the film fades, unlike usually."""

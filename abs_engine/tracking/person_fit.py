@@ -158,9 +158,10 @@ def fit_person(
     turned = turned or chosen
     fitted = _fitted(average, chosen, turned, *given)
     for _ in range(PREPARATION.hidden_rounds):
-        hidden = [one for one in (*chosen, *turned) if not fitted.shows(*one)]
+        if all(fitted.shows(*one) for one in (*chosen, *turned)):
+            break
         shown = [one for one in others or chosen if fitted.shows(*one)]
-        if not hidden or len(shown) < PREPARATION.least_shown:
+        if len(shown) < PREPARATION.least_shown:
             break
         facing = [one for one in turned if fitted.shows(*one)]
         if others:

@@ -80,7 +80,8 @@ def _shots(arrays: Mapping[str, NDArray[Any]]) -> list[str]:
     index, seen = arrays["index"], np.isfinite(arrays["translation"][:, 2])
     begun = np.flatnonzero(arrays["cut"])
     long = DETECTION.patience + 1
-    after = [bool(k >= long and seen[k] and not seen[k - long : k].any()) for k in begun]
+    after = [bool(seen[: max(k - long, 0)].any() and not seen[k - long : k].any()) for k in begun]
+    after = [bool(gone and seen[k]) for gone, k in zip(after, begun, strict=True)]
     anew = [int(index[k]) for k, gone in zip(begun, after, strict=True) if gone]
     cuts = [int(index[k]) for k, gone in zip(begun, after, strict=True) if not gone]
     return [*([cut_line(cuts)] if cuts else []), *([anew_line(anew)] if anew else [])]

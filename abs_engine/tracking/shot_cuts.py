@@ -41,9 +41,9 @@ def cut_line(frames: Sequence[int]) -> str:
 def anew_line(frames: Sequence[int]) -> str:
     """Line about the frames from which on another face may be followed."""
     return (
-        f"after a while without the face another one, or the same elsewhere, is followed from "
-        f"{_numbered(frames)} on: one person is assumed; if there are several people, track each "
-        "part separately"
+        f"after more than {DETECTION.patience} frames without a face, one that may be another "
+        f"person's is followed from {_numbered(frames)} on: one person is assumed; if there are "
+        "several people, track each part separately"
     )
 
 

@@ -12,7 +12,7 @@ from observed import before_cameras, mirror_room, two_cameras
 from abs_engine.capture.dot_annotations import LIPS17, Mark
 from abs_engine.capture.head import HeadChoice, head_motion
 from abs_engine.capture.head_points import points_of_head
-from abs_engine.capture.session import Tracks, follow_videos
+from abs_engine.capture.session import Tracks, check_together, follow_videos
 from abs_engine.capture.view import View
 from abs_engine.cli import main
 from abs_engine.core.errors import ParameterError, TooFewPointsError, VideoError
@@ -20,7 +20,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.dataset import camera_json
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.io.assets import load_speaker
-from abs_engine.io.video import VideoWriter
+from abs_engine.io.video import VideoInfo, VideoWriter
 
 FRAMES = 3
 HEAD = before_cameras()
@@ -211,6 +211,18 @@ def test_videos_that_lost_different_frames_are_named(files):
         follow_videos(files.videos, follow)
     write_timed(files.videos[1], [k / 25 for k in range(11) if k != 7])
     assert follow_videos(files.videos, follow).pixels.shape[1] == 10
+
+
+def test_clocks_that_drift_and_stamps_that_jitter_lose_no_frame():
+    ntsc, times = 30 / 1.001, np.arange(900) / 30
+    one = VideoInfo((640, 480), 30.0, 900, tuple(times))
+    check_together(one, VideoInfo((640, 480), ntsc, 900, tuple(times * 1.001)))
+    jitter = np.random.default_rng(0).normal(0, 0.004, 900)
+    jitter[[0, -1]] = 0
+    check_together(one, VideoInfo((640, 480), 30.0, 900, tuple(times + jitter)))
+    lost = np.r_[times[:400], times[401:], 30.0]
+    with pytest.raises(VideoError, match=r"frame 400 comes 13\.33"):
+        check_together(one, VideoInfo((640, 480), 30.0, 900, tuple(lost + jitter / 4)))
 
 
 @pytest.mark.parametrize("place", [(-30.0, 200.0), (200.0, -4.0), (640.0, 200.0)])

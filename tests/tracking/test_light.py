@@ -64,6 +64,8 @@ def test_skin_keeps_its_hue_in_less_light_but_not_without_colour():
         assert light.same_hue(under(image, [0.5] * 3), seen)
         assert not light.same_hue(grey, seen)
         assert not light.same_hue(under(image, [0.1] * 3), seen)  # less light than it can measure
+        pale = np.uint8(0.4 * image + 0.6 * grey)
+        assert not SkinLight.of([(pale, seen)]).same_hue(grey, seen)
 
 
 def test_a_face_is_too_dark_where_the_film_fades_not_where_it_always_is():

@@ -200,6 +200,11 @@ def test_a_face_that_comes_after_a_while_without_any_is_no_cut():
     assert told["cuts"] == [1, 3 + long]
     assert told["warnings"][0].startswith("the film is cut before frame 1: ")
     assert f"is followed from frame {3 + long} on" in told["warnings"][1]
+    before = Recorder(toy_setting())
+    for result in [*gone, replace(toy_result(3 + long), cut=True)]:  # nobody came before
+        before.add(result)
+    told = before.record().summary
+    assert told["warnings"][0].startswith(f"the film is cut before frame {3 + long}: ")
 
 
 def test_a_run_that_explains_little_holds_its_warning():

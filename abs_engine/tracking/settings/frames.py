@@ -81,6 +81,9 @@ class FrameSettings:
         By how much red, green and blue change beside each other, at most, in skin that keeps its
         hue. Measured: 0.14 and less in every fourth frame of p01 to p16 of the strangers, 0.21 and
         more in the same without their colour.
+    hue_share : float, share of how they differ in the usual skin
+        The same: pale colours change by less where they are lost. Measured on p16 with 0.6 of its
+        colour, where they change by 0.11 to 0.13.
     light_dark : float, levels of 255
         Of the brightest channel of skin, below which a face that was brighter by more than
         `light_most` is too dark to say anything of the lips. Measured: in fades of p05 and p09 open
@@ -206,6 +209,7 @@ class FrameSettings:
     light_most: float = 4.0
     light_black: float = 2.0
     light_hue: float = 0.15
+    hue_share: float = 0.5
     light_dark: float = 12.0
     light_patch: float = 0.02
     least_separability: float = 0.75
