@@ -11,7 +11,6 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.face.appearance.colourless import grey_below
@@ -66,7 +65,10 @@ def alike(seen: Sequence[Sighted]) -> list[Sighted]:
         return list(seen)
     rows = np.array([one for one in colours if one is not None])
     apart = np.linalg.norm(rows[:, None] - rows[None], axis=2)
-    _, group = connected_components(apart < PREPARATION.mouth_apart, directed=False)
+    near = apart < PREPARATION.mouth_apart
+    for _ in range(len(rows).bit_length()):  # twice as many steps each time
+        near = near @ near
+    group = near.argmax(axis=1)
     most = int(np.argmax(np.bincount(group)))
     left = {k for k, of in zip(known, group, strict=True) if of != most}
     if len(seen) - len(left) < PREPARATION.least_shown:

@@ -87,3 +87,16 @@ def test_frames_with_colour_are_not_left_out_for_being_few():
     kept, found = to_learn_from(seen)
     assert (kept, found) == (seen, below)
     assert to_learn_from(grey) == (grey, 0.0)
+
+
+def test_many_small_steps_are_one_group(monkeypatch):
+    """What the mouth does changes it little by little, however far in all."""
+    far = {id(shown[0]): float(k) for k, shown in enumerate(clip("clara"))}
+
+    def stepped(image, _seen):
+        return np.full(6, 0.15 * far[id(image)])  # 0.37 from one to the next
+
+    monkeypatch.setattr("abs_engine.tracking.alike_mouths.mouth_colours", stepped)
+    assert alike(clip("clara")) == clip("clara")
+    far[id(clip("clara")[4][0])] = 9.0
+    assert alike(clip("clara")) == clip("clara")[:4]
