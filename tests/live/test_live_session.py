@@ -201,6 +201,15 @@ def test_a_feed_that_ends_before_a_frame_is_tracked_is_refused(film):
         follow(SimpleNamespace(setting=setting, memory=Memory()), reader, 1.0, print, print)
 
 
+@pytest.fixture
+def interruptible():
+    """Ctrl-C is heeded, also where the tests run in the background of a shell, which ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("then", [signal.SIGTERM, signal.SIGINT])
 def test_the_first_signal_ends_the_session_and_a_later_one_the_program(film, monkeypatch, then):
     monkeypatch.setattr(commands, "_TOGETHER", 0.0)
@@ -214,6 +223,7 @@ def test_the_first_signal_ends_the_session_and_a_later_one_the_program(film, mon
     assert signal.getsignal(signal.SIGTERM) is before
 
 
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize(
     ("together", "then"), [(0.0, signal.SIGHUP), (1e9, signal.SIGTERM), (1e9, signal.SIGINT)]
 )
@@ -225,6 +235,7 @@ def test_signals_of_one_request_count_once(film, monkeypatch, together, then):
         signal.raise_signal(then)
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_a_signal_after_the_lines_were_closed_is_the_first(film):
     reader = Reader(FileFeed(film))
     with ends_orderly(reader):
