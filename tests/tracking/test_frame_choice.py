@@ -7,9 +7,13 @@ import pytest
 from drawn import correspondence, projected, vertices_of
 from heads import seen_at
 
+from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import rotations
-from abs_engine.tracking.frame_choice import turned_apart
+from abs_engine.tracking.frame_choice import candidate_frames, turned_apart
 from abs_engine.tracking.landmarks import Landmarks
+from abs_engine.tracking.settings.preparation import PREPARATION
+
+IMAGE = np.full((4, 4, 3), 100, np.uint8)
 
 
 def facing(yaw=0.0, pitch=0.0, roll=0.0, **units):
@@ -59,3 +63,50 @@ def test_each_frame_is_taken_once_and_in_order(count):
     picked = turned_apart([facing()] * 5, count)
     assert picked == sorted(set(picked))
     assert len(picked) == min(count, 5)
+
+
+def numbered(shown):
+    """Frames of which some show a face, seen as their numbers."""
+    return ((IMAGE, k if there else None) for k, there in enumerate(shown))
+
+
+def candidates(shown):
+    """Numbers of the frames that may be learned from."""
+    return [k for _, k in candidate_frames(numbered(shown), "film.mp4")]
+
+
+@pytest.mark.parametrize("count", [5, 31, 32, 100, 249])
+def test_frames_to_choose_from_are_few_and_all_over_the_clip(count):
+    found = candidates([True] * count)
+    assert found[0] == 0
+    assert len(set(np.diff(found))) <= 1
+    assert min(count, 2 * PREPARATION.learn_from) <= len(found) < 4 * PREPARATION.learn_from
+    assert count - found[-1] <= np.diff([*found, 1 + found[-1]])[0]
+
+
+def test_what_comes_long_after_the_first_face_is_not_looked_at():
+    """Nor does it matter how late that face comes."""
+    taken = []
+
+    def film():
+        for image, k in numbered([False] * 40 + [True] * 600):
+            taken.append(k)
+            yield image, k
+
+    found = [k for _, k in candidate_frames(film(), "film.mp4")]
+    assert len(taken) == 40 + PREPARATION.look_at
+    assert found[0] == 40
+    assert found[-1] > 230
+
+
+@pytest.mark.parametrize(("shown", "enough"), [(11, True), (10, False), (0, False)])
+@pytest.mark.parametrize("first", [True, False])
+def test_a_few_faces_in_a_clip_of_something_else_are_none(shown, enough, first):
+    """Of a hundred frames, more than a tenth must show one, wherever they are."""
+    frames = [True] * shown + [False] * (100 - shown)
+    frames = frames if first else frames[::-1]
+    if enough:
+        assert len(candidates(frames)) == shown
+        return
+    with pytest.raises(FaceNotFoundError, match=f"in {100 - shown} of 100 frames of film.mp4"):
+        candidates(frames)
