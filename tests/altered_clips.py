@@ -12,8 +12,10 @@ to see in how many turned first frames the face is found the right way up:
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from fractions import Fraction
+from itertools import islice
 from pathlib import Path
 
 import av
@@ -91,23 +93,32 @@ WAYS = {
 }
 
 
-def rewrite(source: Path, target: Path, way: Way) -> None:
-    """Write a video whose pictures are changed."""
-    with av.open(str(source)) as read, av.open(str(target), "w") as written:
-        rate = read.streams.video[0].average_rate
+def write(target: Path, images: Iterable[Image], rate: Fraction, crf: int = 18) -> None:
+    """Write a video of pictures."""
+    with av.open(str(target), "w") as written:
         stream = None
-        for k, frame in enumerate(read.decode(video=0)):
-            if k % way.every:
-                continue
-            image = way.change(frame.to_ndarray(format="rgb24"))
+        for image in images:
             height, width = (n - n % 2 for n in image.shape[:2])
             if stream is None:
-                crf = {"crf": str(way.crf)}
-                stream = written.add_stream("libx264", rate=rate / way.every, options=crf)
+                stream = written.add_stream("libx264", rate=rate, options={"crf": str(crf)})
                 stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
             picture = np.ascontiguousarray(image[:height, :width])
             written.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
         written.mux(stream.encode() if stream else [])
+
+
+def rate_of(video: Path) -> Fraction:
+    """Frames per second of a video."""
+    with av.open(str(video)) as read:
+        return Fraction(read.streams.video[0].average_rate)
+
+
+def rewrite(source: Path, target: Path, way: Way) -> None:
+    """Write a video whose pictures are changed."""
+    with av.open(str(source)) as read:
+        kept = islice(read.decode(video=0), 0, None, way.every)
+        images = (way.change(frame.to_ndarray(format="rgb24")) for frame in kept)
+        write(target, images, rate_of(source) / way.every, way.crf)
 
 
 def compared(runs: Path, altered: Path) -> Iterator[str]:

@@ -16,10 +16,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import av
 import cv2
 import numpy as np
-from altered_clips import clips_in
+from altered_clips import clips_in, rate_of, write
 from numpy.typing import NDArray
 
 from abs_engine.io.video import read_frames
@@ -91,22 +90,13 @@ WAYS = {
 
 def rewrite(source: Path, target: Path, way: Way) -> None:
     """Write a video with the mouth hidden in some frames."""
-    with av.open(str(source)) as read:
-        rate = read.streams.video[0].average_rate
     images = list(read_frames(source))
     follower = FaceFollower(FaceChoice())
     seen = [follower.step(image) for image in images]
     for k in range(*way.frames(len(images)).indices(len(images))):
         if seen[k] is not None:
             images[k] = way.paint(images[k], seen[k])
-    height, width = (n - n % 2 for n in images[0].shape[:2])
-    with av.open(str(target), "w") as written:
-        stream = written.add_stream("libx264", rate=rate, options={"crf": "18"})
-        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
-        for image in images:
-            picture = np.ascontiguousarray(image[:height, :width])
-            written.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
-        written.mux(stream.encode())
+    write(target, images, rate_of(source))
 
 
 def scored(plain: Path, folder: Path, way: Way) -> list[float]:

@@ -14,9 +14,8 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-import av
 import numpy as np
-from altered_clips import clips_in
+from altered_clips import clips_in, rate_of, write
 from numpy.typing import NDArray
 
 from abs_engine.io.video import read_frames
@@ -35,14 +34,7 @@ def rewrite(source: Path, target: Path, frames: NDArray[np.intp]) -> None:
     """Write some frames of a video."""
     wanted = set(frames.tolist())
     images = [image for k, image in enumerate(read_frames(source)) if k in wanted]
-    height, width = (n - n % 2 for n in images[0].shape[:2])
-    with av.open(str(target), "w") as written:
-        stream = written.add_stream("libx264", rate=25, options={"crf": "14"})
-        stream.height, stream.width, stream.pix_fmt = height, width, "yuv420p"
-        for image in images:
-            picture = np.ascontiguousarray(image[:height, :width])
-            written.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
-        written.mux(stream.encode())
+    write(target, images, rate_of(source), crf=14)
 
 
 def compared(runs: Path, opened: Path) -> Iterator[str]:

@@ -78,12 +78,9 @@ def summary(
 def _shots(arrays: Mapping[str, NDArray[Any]]) -> list[str]:
     """Lines about frames that begin another shot, or may show another person."""
     index, seen = arrays["index"], np.isfinite(arrays["translation"][:, 2])
-    begun = np.flatnonzero(arrays["cut"])
-    long = DETECTION.patience + 1
-    after = [bool(seen[: max(k - long, 0)].any() and not seen[k - long : k].any()) for k in begun]
-    after = [bool(gone and seen[k]) for gone, k in zip(after, begun, strict=True)]
-    anew = [int(index[k]) for k, gone in zip(begun, after, strict=True) if gone]
-    cuts = [int(index[k]) for k, gone in zip(begun, after, strict=True) if not gone]
+    begun, long = np.flatnonzero(arrays["cut"]), DETECTION.patience + 1
+    gone = [k for k in begun if seen[k] and seen[:k].any() and not seen[max(k - long, 0) : k].any()]
+    anew, cuts = index[gone].tolist(), index[np.setdiff1d(begun, gone)].tolist()
     return [*([cut_line(cuts)] if cuts else []), *([anew_line(anew)] if anew else [])]
 
 

@@ -128,8 +128,7 @@ def live(chosen: Chosen) -> Done:
 
         stack.enter_context(ends_orderly(reader))
         count = follow(tracker, reader, chosen.delay / 1e3, hand_on, say)
-        why, fault = ending(feed, reader)
-        dropped = reader.count - count
+        (why, fault), dropped = ending(feed, reader), reader.count - count
         board.end(why)
         say(f"{why}; of {reader.count} frames {count} were tracked, {dropped} dropped")
         if made is not None and keeper is not None and count:
