@@ -1,4 +1,4 @@
-"""A known head's pose in a frame: by where its texture lies, and by landmarks.
+"""A known head's pose in a frame: by its texture, its landmarks, and where it faced just before.
 
 Landmarks alone err by 2 to 3 degrees from frame to frame, and by as much for a whole person; the
 texture ties each frame to those that the head was fitted on.
@@ -57,23 +57,35 @@ class TexturedHead:
     renderer: Renderer
     shift: FloatArray | None = None
 
-    def pose(self, gray: Gray, landmarks: Landmarks, start: FrameLandmarks) -> HeldPose:
-        """The head's pose in a frame, from where landmarks alone put it."""
+    def pose(
+        self,
+        gray: Gray,
+        landmarks: Landmarks,
+        start: FrameLandmarks,
+        before: Pose | None = None,
+        interval: float = 0.04,
+    ) -> HeldPose:
+        """The head's pose in a frame, from where landmarks alone put it.
+
+        `before` is its pose a short `interval`, seconds, ago.
+        """
         seen, posture = SeenRays.of(landmarks, self.camera), start.posture
-        pose = start.pose
-        if self.shift is not None:
-            pose = shifted(pose, -self.shift, self.shape.pivot)
-        vertices = self.body.vertices(np.zeros(0), posture)
+        pose = self._moved_back(start.pose)
+        # Once is enough: the texture hardly moves the head, and landmarks cost more than it
+        own, moved_by = self._landmarks(seen, pose, posture), np.zeros(6 + len(posture))
+        if before is not None:
+            own = own.plus(hardly_turned(pose, self._moved_back(before), interval, len(posture)))
+            moved_by = own.step()
+            pose, posture = turned(self.shape, pose, moved_by[:6]), posture + moved_by[6:]
+        vertices, drawn = self.body.vertices(np.zeros(0), posture), posture
         nearest = min(self.views, key=lambda v: v.pose.angle_to(pose))
         view = HeadView(gray, pose, vertices, nearest.normals)
         matches = match(self.body, nearest, view, self.camera, self.renderer)
         points = np.zeros((0, 3)) if matches is None else matches.of(vertices)
-        # Once is enough: the texture hardly moves the head, and landmarks cost more than it
-        own, moved_by = self._landmarks(seen, pose, posture), np.zeros(6 + len(posture))
         for _ in range(HEAD_POSE.frame_steps):
             system = own.after(moved_by)
             if matches is not None:
-                moved = np.tensordot(posture - start.posture, matches.posture, 1)
+                moved = np.tensordot(posture - drawn, matches.posture, 1)
                 system = system.plus(self._texture(matches, nearest, pose, points + moved))
             step = system.step()
             pose, posture = turned(self.shape, pose, step[:6]), posture + step[6:]
@@ -84,6 +96,10 @@ class TexturedHead:
             pose = shifted(pose, self.shift, self.shape.pivot)
         covariance = np.linalg.inv(system.of_pose()) + np.diag(_FLOOR**2)
         return HeldPose(pose, np.asarray(np.linalg.inv(covariance), np.float64))
+
+    def _moved_back(self, pose: Pose) -> Pose:
+        """A pose before the correction of all poses."""
+        return pose if self.shift is None else shifted(pose, -self.shift, self.shape.pivot)
 
     def _landmarks(self, seen: SeenRays, pose: Pose, posture: FloatArray) -> Equations:
         """Of pose (6) and posture (M) by landmarks, with the posture's prior."""
@@ -102,22 +118,37 @@ class TexturedHead:
         return told.normal
 
 
+def hardly_turned(pose: Pose, before: Pose, interval: float, modes: int) -> Equations:
+    """Equations of a pose and a posture (M,): heads turn little in an interval, in seconds.
+
+    Farther turns count less (Cauchy), as heads now and then do turn fast.
+    """
+    turn = Pose(pose.rotation @ before.rotation.T, np.zeros(3)).rotation_vector
+    usual = (HEAD_POSE.turn_speed * interval) ** 2
+    weight = 1 / (usual + turn @ turn / HEAD_POSE.turn_stray**2)
+    information, gradient = np.zeros((6 + modes, 6 + modes)), np.zeros(6 + modes)
+    information[:3, :3], gradient[:3] = weight * np.eye(3), weight * turn
+    return Equations(information, gradient)
+
+
 def placed_fit(
     textured: TexturedHead,
     shape: LandmarkShape,
     image: NDArray[np.uint8],
     landmarks: Landmarks,
     last: FrameLandmarks | None = None,
+    interval: float = 0.04,
 ) -> FrameLandmarks | None:
     """Pose of a frame by landmarks and texture; None where the landmarks are no face's.
 
     `shape` is the person's landmarks as they are known by now, with their bias; `last` is the frame
-    before.
+    before, an `interval`, in seconds, ago.
     """
     first = sound_fit(shape, landmarks, textured.camera, last, HEAD_POSE.start_settled)
     if first is None:
         return None
     with one_thread():
-        held = textured.pose(gray_of(image), landmarks, first)
+        before = None if last is None or last.held is None else last.held.pose
+        held = textured.pose(gray_of(image), landmarks, first, before, interval)
     found = fit_frame(shape, landmarks, textured.camera, first, held)
     return found if found.sound(shape) else first

@@ -262,8 +262,9 @@ def head_setting(
         seen=fitted.seen,
     )
     own = LandmarkMotion(
-        shape, fitted.textured, choice, tuple(found), fitted.light, given, fitted.grey_below
-    )
+        shape, fitted.textured, choice, tuple(found), fitted.light, given, fitted.grey_below,
+        clip.info.rate,
+    )  # fmt: skip
     motion = ShiftedMotion(own, no_correction(), model.pivot)
     return ClipSetting(
         face, clip.camera, renderer, clip.info.rate, motion, binder, leaves.driver.minimiser(),

@@ -43,6 +43,8 @@ class LandmarkMotion:
         its pose, has the pose alone.
     grey_below : float, levels of 255
         Spread of a face's chroma below which a frame has no colour; 0 where none is asked.
+    rate : float
+        Frames per second.
     """
 
     shape: LandmarkShape
@@ -52,6 +54,7 @@ class LandmarkMotion:
     light: SkinLight | None = None
     given: GivenMotion | None = None
     grey_below: float = 0.0
+    rate: float = 25.0
 
     @property
     def alone(self) -> bool:
@@ -95,7 +98,7 @@ class LandmarkFollower:
         """Pose and posture of a frame in which a face is seen; None where there is no such head."""
         motion = self._motion
         if self._given is None:
-            return placed_fit(motion.textured, motion.shape, image, seen, last)
+            return placed_fit(motion.textured, motion.shape, image, seen, last, 1 / motion.rate)
         if given is None:
             return None
         held = HeldPose(given, np.diag(1 / np.square(HEAD_POSE.given_deviation)))

@@ -10,7 +10,7 @@ import pytest
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import principal_shapes
-from abs_engine.face.shape.mouth import mouth_shape, mouth_units, sample_postures
+from abs_engine.face.shape.mouth import SIDEWAYS, mouth_shape, mouth_units, sample_postures
 from abs_engine.face.shape.population import average_person
 from abs_engine.face.shape.postures import Postures, recorded_postures
 from abs_engine.face.shape.scanned_units import unit_differences
@@ -180,6 +180,13 @@ def test_generators_that_a_share_of_the_postures_has_again_have_the_moments_of_s
     np.testing.assert_allclose(found.covariance, sampled.covariance, atol=0.1)
 
 
+def test_postures_whose_weights_are_scaled_have_the_moments_of_scaled_samples():
+    weights, factors = np.random.default_rng(5).normal(1.0, 2.0, (400, 3)), np.array([1.0, 0.5, 0])
+    found, sampled = Postures.of(weights).scaled(factors), Postures.of(weights * factors)
+    np.testing.assert_allclose(found.mean, sampled.mean)
+    np.testing.assert_allclose(found.covariance, sampled.covariance)
+
+
 def test_lips_of_anybody_move_as_those_of_scans_in_depth_and_across_in_a_share_of_postures():
     speaker, names = average_person(), mouth_units()
     lips = speaker.lip_ring
@@ -187,6 +194,7 @@ def test_lips_of_anybody_move_as_those_of_scans_in_depth_and_across_in_a_share_o
     moments = recorded_postures(names).pooled(Postures.of(sample_postures(4000, 0)), SHAPE.recorded)
     rng = np.random.default_rng(5)
     weights = rng.multivariate_normal(moments.mean, moments.covariance, 20_000)
+    weights[:, [names.index(name) for name in SIDEWAYS]] *= SHAPE.sideways
     differences = unit_differences(names)[:, lips]
     deep = speaker.unit_matrix(names)[:, lips]
     deep[..., 2] += differences[..., 2]

@@ -28,7 +28,7 @@ from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.head_equations import Equations, HeadGuess, landmark_equations
 from abs_engine.tracking.head_fit import AverageHead, landmark_shape, seen_in
 from abs_engine.tracking.head_joint import _System, fit_jointly
-from abs_engine.tracking.head_pose import placed_fit
+from abs_engine.tracking.head_pose import hardly_turned, placed_fit
 from abs_engine.tracking.head_problem import HeadProblem, JointHead
 from abs_engine.tracking.head_texture import HeadBody, HeadView, gray_of, match
 from abs_engine.tracking.landmark_fit import turned
@@ -369,6 +369,42 @@ def test_a_known_head_is_placed_in_a_frame_that_it_was_not_fitted_on():
     # told more sharply than landmarks tell it
     alone = np.sqrt(np.linalg.inv(fit.information)[:3, :3].trace())
     assert np.degrees(alone) < 1.5
+
+
+def test_where_a_head_faced_just_before_holds_it_where_only_landmarks_nod():
+    """A frame without texture, as in a blur, whose landmarks are seen as of a nod by 5 degrees."""
+    found, marks = fitted(), frames()[3].landmarks
+    last = placed_fit(found.textured, found.shape, picture(3), marks)
+    points = correspondence().of(vertices_of(PERSON))
+    nod = projected(points, replace(POSES[3], rotation=POSES[3].rotation @ NOD), CAMERA)
+    flat = np.full_like(picture(3), 128)
+
+    def turn(before, interval=0.04):
+        fit = placed_fit(found.textured, found.shape, flat, nod, before, interval)
+        assert fit is not None
+        assert last is not None
+        return turned_by(fit.pose, last.pose)
+
+    assert turn(last) < 0.7 * turn(None)  # 2.7 and 6.5 degrees
+    assert turn(last) < turn(last, 1.0) < 1.02 * turn(None)
+
+
+def test_a_turn_counts_less_the_farther_it_is_and_the_longer_it_took():
+    before = POSES[3]
+
+    def pull(degrees, interval=0.04):
+        turn = cv2.Rodrigues(np.radians([0.0, degrees, 0.0]))[0]
+        pose = Pose(turn @ before.rotation, before.translation)
+        told = hardly_turned(pose, before, interval, 4)
+        back = turned(landmarks_of_body(), pose, -told.gradient[:6] / told.information[0, 0])
+        assert turned_by(back, before) < 1e-3
+        assert not told.information[3:].any()
+        return told.gradient[1]
+
+    assert pull(0.0) == 0.0
+    assert pull(0.5) > 0.45 * pull(1.0) > 0
+    assert pull(20.0) < pull(4.0)
+    assert pull(1.0, 0.2) < 0.1 * pull(1.0)
 
 
 def test_linear_equations_after_a_step():

@@ -20,6 +20,8 @@ ACTIONS: tuple[str, ...] = (
     Unit.MOUTH_LEFT, Unit.MOUTH_RIGHT, Unit.JAW_LEFT, Unit.JAW_RIGHT, Unit.JAW_FORWARD,
 )  # fmt: skip
 """The mouth's actions: a face unit, or both of a pair."""
+SIDEWAYS = units_of(Unit.MOUTH_LEFT, Unit.MOUTH_RIGHT, Unit.JAW_LEFT, Unit.JAW_RIGHT)
+"""Units that move the whole mouth to one side."""
 # jaw opening, per unit of weight, that keeps the lips of this head from passing into each other
 _PRESSING: dict[str, float] = {
     Unit.MOUTH_PUCKER: 0.08,
@@ -45,7 +47,8 @@ def mouth_shape(
     The bundled head's units were made by an artist, MakeHuman's; ICT FaceKit's, which were made
     after scans, move lips otherwise, and farther from front to back. Where the person may be
     `anybody`, units move the face from front to back as scans do, and across it as they do in a
-    share `SHAPE.scanned_units` of the postures.
+    share `SHAPE.scanned_units` of the postures; and the mouth goes less far to a side than in the
+    postures, which are made to show how far it can go.
 
     Parameters
     ----------
@@ -76,7 +79,8 @@ def mouth_shape(
     postures = recorded_postures(names).pooled(authored, SHAPE.recorded)
     if anybody:
         units = _partly_scanned(units, unit_differences(names))
-        postures = postures.partly_again(SHAPE.scanned_units)
+        less = np.where(np.isin(names, SIDEWAYS), SHAPE.sideways, 1.0)
+        postures = postures.scaled(less).partly_again(SHAPE.scanned_units)
     return principal_shapes(neutral, units, postures, n_modes, _importance(speaker))
 
 

@@ -46,6 +46,10 @@ class Postures:
             share * self.mean + rest * other.mean, within + share * rest * np.outer(apart, apart)
         )
 
+    def scaled(self, factors: FloatArray) -> Postures:
+        """Moments of the same postures, each generator's weight times its factor (N,)."""
+        return Postures(self.mean * factors, self.covariance * np.outer(factors, factors))
+
     def partly_again(self, share: float) -> Postures:
         """Moments of 2 N generators: these, and as many that only some postures have.
 

@@ -136,6 +136,13 @@ class HeadSettings:
     gaze : tuple of float, mm
         How far eyes that look elsewhere take both pupils along, across and down the face. Not
         measured.
+    turn_speed : float, rad/s
+        Standard deviation of how fast a head turns about each axis. Chosen of 0.35, 0.7, 1.4 and
+        none on p01 to p08 of the strangers' clips, by how often a frame's rotation is more than 1.5
+        degrees off the middle of those beside it: 49, 65, 72 and 105 of 795 frames. With 0.35, a
+        tremor of a degree at 5 Hz would lose up to a quarter of its size in poor pictures.
+    turn_stray : float, standard deviations
+        Of a turn from one frame to the next, beyond which it counts less (Cauchy). Not measured.
     pose_floor : tuple of float, rad and mm
         How far a pose is off at best: the head's shape is not quite the person's. Not measured.
     """
@@ -183,6 +190,8 @@ class HeadSettings:
     match_noise: float = 0.5
     matches_alike: float = 4.0
     gaze: tuple[float, ...] = (3.0, 2.0)
+    turn_speed: float = 0.7
+    turn_stray: float = 2.0
     pose_floor: tuple[float, ...] = (0.006, 0.006, 0.006, 0.3, 0.3, 2.0)
 
 
