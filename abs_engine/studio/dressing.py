@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +17,6 @@ from abs_engine.studio.plan import Prop, compose, vectors
 from abs_engine.studio.prop_mesh import Prop as Mesh
 from abs_engine.studio.props import Occluder, clear_of, mouth_of
 from abs_engine.studio.scenefile import ClipEntry, OccluderEntry, SceneFile, pick
-from abs_engine.studio.scenefile.values import Vector
 from abs_engine.studio.torso import dress
 
 _CODE = {"hand": HAND, "microphone": MICROPHONE, "board": BOARD}
@@ -71,28 +69,6 @@ def shirt(
     )
 
 
-def _held(entry: OccluderEntry) -> Occluder:
-    """An occluder with the keys of its entry; `ParameterError` if it is impossible."""
-    names = (
-        "kind", "start", "end", "travel", "offset", "away", "colour", "follows", "sway", "seed",
-        "board",
-    )  # fmt: skip
-    given: dict[str, Any] = {name: getattr(entry, name) for name in names}
-    if entry.turn_degrees is not None:
-        given["turn"] = _radians(entry.turn_degrees)
-    keys = entry.keys
-    return Occluder(
-        **given,
-        keyframes=tuple((k.time, k.offset) for k in keys if k.offset is not None),
-        turns=tuple((k.time, _radians(k.turn_degrees)) for k in keys if k.turn_degrees is not None),
-    )
-
-
-def _radians(degrees: Vector) -> Vector:
-    x, y, z = np.radians(degrees).tolist()
-    return x, y, z
-
-
 def _occluder(
     entry: OccluderEntry,
     speaker: Speaker,
@@ -101,7 +77,7 @@ def _occluder(
     rate: float,
 ) -> Prop:
     try:
-        occluder = _held(entry)
+        occluder = Occluder(entry)
     except ParameterError as error:
         raise ParameterError(f"occluder '{entry.name}': {error.problem}", error.remedy) from error
     occluder = clear_of(occluder, speaker, neutral)

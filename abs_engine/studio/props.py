@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,9 @@ from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.board_mesh import printed
 from abs_engine.studio.prop_mesh import Prop, hand, microphone
+from abs_engine.studio.scenefile import OccluderEntry
+from abs_engine.studio.scenefile.values import Vector as Place
 
-Kind = Literal["hand", "microphone", "board"]
-Place = tuple[float, float, float]
 Keys = tuple[tuple[float, Place], ...]
 
 BOARD = Board("charuco", 7, 5, 18.0)
@@ -48,38 +48,13 @@ _SWAY = np.array([0.31, 0.47, 0.83])
 class Occluder:
     """A thing that is moved before the face for a while.
 
-    It rises from below the picture, is held, and leaves the way it came.
+    It rises from below the picture, is held, and leaves the way it came. While it is held it moves
+    along monotone cubics through the keys of its entry.
 
     Parameters
     ----------
-    kind : {"hand", "microphone", "board"}
-    start, end : float
-        Seconds; outside of them it is not there.
-    travel : float
-        Seconds that it takes to come, and again to go.
-    offset : tuple of float, optional
-        Where it is held: mm from the middle of the mouth, head frame (to the subject's left, up,
-        out of the face). By default over the mouth (hand), below it (microphone) or before the
-        face (board).
-    away : tuple of float, optional
-        Where it comes from, likewise; by default some 35 cm below the mouth.
-    turn : tuple of float, optional
-        Rotation vector of the prop against the head frame, radians.
-    keyframes : tuple of (float, tuple of float)
-        Further places while it is held: seconds and offset, in order of time. Between them it
-        moves along monotone cubics.
-    turns : tuple of (float, tuple of float)
-        Likewise: seconds and rotation vectors, in order of time.
-    sway : float
-        Amplitude of the small motion of whoever holds it, mm.
-    colour : tuple of int, optional
-        sRGB of the hand's skin, of the microphone's body, or of the board's paper.
-    follows : bool
-        Whether it moves with the head; otherwise it keeps to where the head was at `start`.
-    seed : int
-        Of the sway.
-    board : Board, optional
-        Which board is held; by default `BOARD`.
+    out : float
+        How much farther out of the face it is held than the entry says, mm.
 
     Raises
     ------
@@ -88,81 +63,108 @@ class Occluder:
         described where none is held.
     """
 
-    kind: Kind
-    start: float
-    end: float
-    travel: float = 0.4
-    offset: Place | None = None
-    away: Place | None = None
-    turn: Place | None = None
-    keyframes: Keys = ()
-    turns: Keys = ()
-    sway: float = 1.0
-    colour: tuple[int, int, int] | None = None
-    follows: bool = True
-    seed: int = 0
-    board: Board | None = None
+    entry: OccluderEntry
+    out: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.kind not in get_args(Kind):
+        entry = self.entry
+        kinds = tuple(_HELD)
+        if entry.kind not in kinds:
             raise ParameterError(
-                f"there is no occluder '{self.kind}'", f"choose one of {', '.join(get_args(Kind))}"
+                f"there is no occluder '{entry.kind}'", f"choose one of {', '.join(kinds)}"
             )
-        if self.board is not None and self.kind != "board":
-            raise ParameterError(f"the {self.kind} is not a board", "leave the board out")
-        for name in ("offset", "away", "turn"):
-            if getattr(self, name) is None:
-                default = {"offset": _HELD, "away": _AWAY, "turn": _TURN}[name]
-                object.__setattr__(self, name, default[self.kind])
+        if entry.board is not None and entry.kind != "board":
+            raise ParameterError(f"the {entry.kind} is not a board", "leave the board out")
         later = [place for _, place in (*self.keyframes, *self.turns)]
         places = np.array([self.offset, self.away, self.turn, *later])
-        if (
-            not np.isfinite(places).all()
-            or not np.isfinite([self.start, self.end, self.sway]).all()
+        if not (
+            np.isfinite(places).all() and np.isfinite([entry.start, entry.end, entry.sway]).all()
         ):
             raise ParameterError(
-                f"the {self.kind} is at no finite place or time", "check its numbers"
+                f"the {entry.kind} is at no finite place or time", "check its numbers"
             )
-        come, go = self.start + self.travel, self.end - self.travel
-        times = [[come, *(t for t, _ in keys), go] for keys in (self.keyframes, self.turns)]
+        times = [
+            [self.come, *(t for t, _ in keys), self.go] for keys in (self.keyframes, self.turns)
+        ]
         late = any(np.any(np.diff(row) < 0) for row in times)
-        if not self.travel > 0 or not self.start < self.end or late:
+        if not entry.travel > 0 or not entry.start < entry.end or late:
             raise ParameterError(
-                f"the {self.kind} comes at {self.start:g} s, goes at {self.end:g} s and needs "
-                f"{self.travel:g} s for each way",
+                f"the {entry.kind} comes at {entry.start:g} s, goes at {entry.end:g} s and needs "
+                f"{entry.travel:g} s for each way",
                 "let it end later, travel faster, and keep keyframes in order in between",
             )
 
+    @property
+    def come(self) -> float:
+        """Seconds at which it has come."""
+        return self.entry.start + self.entry.travel
+
+    @property
+    def go(self) -> float:
+        """Seconds at which it goes."""
+        return self.entry.end - self.entry.travel
+
+    @cached_property
+    def offset(self) -> Place:
+        """Place where it is held: mm from the middle of the mouth, head frame."""
+        return self._outwards(self.entry.offset or _HELD[self.entry.kind])
+
+    @cached_property
+    def away(self) -> Place:
+        """Place that it comes from, likewise."""
+        return self.entry.away or _AWAY[self.entry.kind]
+
+    @cached_property
+    def turn(self) -> Place:
+        """Rotation vector of the prop against the head frame, radians."""
+        degrees = self.entry.turn_degrees
+        return _TURN[self.entry.kind] if degrees is None else _radians(degrees)
+
+    @cached_property
+    def keyframes(self) -> Keys:
+        """Seconds and offsets of the keys that have one."""
+        keys = self.entry.keys
+        return tuple((k.time, self._outwards(k.offset)) for k in keys if k.offset is not None)
+
+    @cached_property
+    def turns(self) -> Keys:
+        """Seconds and rotation vectors, radians, of the keys that have one."""
+        keys = self.entry.keys
+        return tuple((k.time, _radians(k.turn_degrees)) for k in keys if k.turn_degrees is not None)
+
+    def _outwards(self, place: Place) -> Place:
+        return place[0], place[1], place[2] + self.out
+
     def prop(self) -> Prop:
         """The mesh, in its own frame."""
-        if self.kind == "hand":
-            return hand(self.colour or (205, 155, 125))
-        if self.kind == "board":
-            return printed(self.board or BOARD, self.colour or (225, 225, 222))
-        return microphone(self.colour or (38, 39, 42))
+        entry = self.entry
+        if entry.kind == "hand":
+            return hand(entry.colour or (205, 155, 125))
+        if entry.kind == "board":
+            return printed(entry.board or BOARD, entry.colour or (225, 225, 222))
+        return microphone(entry.colour or (38, 39, 42))
 
     def offset_at(self, seconds: float) -> NDArray[np.float64]:
         """Offset (3,) float64 from the mouth, mm, head frame, at a time between start and end."""
-        held = self.held_at(seconds)
-        near = smooth((seconds - self.start) / self.travel)
-        near *= smooth((self.end - seconds) / self.travel)
-        phase = np.random.default_rng(self.seed).uniform(0, 2 * np.pi, 3)
-        swayed = held + self.sway * np.sin(2 * np.pi * _SWAY * seconds + phase)
+        held, entry = self.held_at(seconds), self.entry
+        near = smooth((seconds - entry.start) / entry.travel)
+        near *= smooth((entry.end - seconds) / entry.travel)
+        phase = np.random.default_rng(entry.seed).uniform(0, 2 * np.pi, 3)
+        swayed = held + entry.sway * np.sin(2 * np.pi * _SWAY * seconds + phase)
         return np.asarray(self.away + near * (swayed - np.asarray(self.away)), np.float64)
 
     def held_at(self, seconds: float) -> NDArray[np.float64]:
         """Offset (3,) at which it is held, without sway; the first before it has come."""
-        return self._held(self.offset or (0.0, 0.0, 0.0), self.keyframes, seconds)
+        return self._held(self.offset, self.keyframes, seconds)
 
     def turn_at(self, seconds: float) -> NDArray[np.float64]:
         """Rotation vector (3,) float64 against the head frame, at a time between start and end."""
-        return self._held(self.turn or (0.0, 0.0, 0.0), self.turns, seconds)
+        return self._held(self.turn, self.turns, seconds)
 
     def _held(self, first: Place, keys: Keys, seconds: float) -> NDArray[np.float64]:
         """Value of the keys (3,); `first` from when it has come, the last one until it goes."""
-        come, go = self.start + self.travel, self.end - self.travel
-        path = {come: first, **dict(keys)}
-        path.setdefault(go, list(path.values())[-1])
+        path = {self.come: first, **dict(keys)}
+        path.setdefault(self.go, list(path.values())[-1])
         times, places = np.array(list(path)), np.array(list(path.values()), np.float64)
         if len(times) == 1:
             return np.asarray(places[0])
@@ -177,10 +179,15 @@ class Occluder:
         mouth : (3,), mm, head frame
             See `mouth_of`.
         """
-        if not self.start <= seconds <= self.end:
+        if not self.entry.start <= seconds <= self.entry.end:
             return None
         place = np.asarray(mouth, np.float64) + self.offset_at(seconds)
         return Pose.from_vectors(self.turn_at(seconds), place)
+
+
+def _radians(degrees: Place) -> Place:
+    x, y, z = np.radians(degrees).tolist()
+    return x, y, z
 
 
 def smooth(share: float) -> float:
@@ -211,14 +218,14 @@ def clear_of(
     Returns
     -------
     Occluder
-        Its `offset` and all `keyframes` moved outwards by the same length, or unchanged.
+        Moved outwards, or unchanged.
     """
     front = neutral[neutral[:, 2] > 0]
     near = cKDTree(front[:, :2])
     mouth, vertices = mouth_of(speaker, neutral), occluder.prop().vertices.astype(np.float64)
     missing = 0.0
     keys = {t for t, _ in (*occluder.keyframes, *occluder.turns)}
-    knots = sorted({occluder.start + occluder.travel, *keys})
+    knots = sorted({occluder.come, *keys})
     steps = np.arange((len(knots) - 1) * (_BETWEEN + 1) + 1) / (_BETWEEN + 1)
     for seconds in np.interp(steps, np.arange(len(knots)), knots).tolist():
         pose = Pose.from_vectors(occluder.turn_at(seconds), mouth + occluder.held_at(seconds))
@@ -228,11 +235,4 @@ def clear_of(
         depth = np.append(front[:, 2], -np.inf)[who]
         behind = np.where(faced, depth - points[:, 2:], -np.inf).max()
         missing = max(missing, float(behind) + gap)
-    if missing == 0.0:
-        return occluder
-
-    def out(place: Place) -> Place:
-        return place[0], place[1], place[2] + missing
-
-    moved = tuple((t, out(p)) for t, p in occluder.keyframes)
-    return replace(occluder, offset=out(occluder.offset or (0, 0, 0)), keyframes=moved)
+    return occluder if missing == 0.0 else replace(occluder, out=missing)

@@ -15,8 +15,25 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.studio.prop_mesh import Prop
 from abs_engine.studio.props import BOARD, Occluder, clear_of, mouth_of
+from abs_engine.studio.scenefile import OccluderEntry
+from abs_engine.studio.scenefile.values import OccluderKey
 
-STILL = Occluder("microphone", 1.0, 3.0, 0.5, (0, 0, 50), (0, -300, 50), (0, 0, 0), sway=0.0)
+
+def occluder(kind: Any, start: float = 0.0, end: float = 2.0, **more: Any) -> Occluder:
+    return changed(OccluderEntry("hand", start, end), kind=kind, **more)
+
+
+def changed(entry: OccluderEntry, keyframes: Any = (), turns: Any = (), **more: Any) -> Occluder:
+    """With other keys, turns in radians, and what else is to change."""
+    keys = [OccluderKey(t, offset=place) for t, place in keyframes]
+    keys += [OccluderKey(t, turn_degrees=tuple(np.degrees(turn).tolist())) for t, turn in turns]
+    return Occluder(replace(entry, keys=tuple(keys), **more))
+
+
+STILL = occluder(
+    "microphone", 1.0, 3.0, travel=0.5, offset=(0, 0, 50), away=(0, -300, 50),
+    turn_degrees=(0, 0, 0), sway=0.0,
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +67,7 @@ def test_top_speed_is_that_of_the_minimum_jerk_curve() -> None:
 
 
 def test_keyframes_are_passed_through_and_never_overshot() -> None:
-    moved = replace(STILL, keyframes=((2.0, (20.0, 0, 50)), (2.4, (20.0, 10, 60))))
+    moved = changed(STILL.entry, keyframes=((2.0, (20.0, 0, 50)), (2.4, (20.0, 10, 60))))
     assert moved.offset_at(2.0) == pytest.approx([20, 0, 50])
     assert moved.offset_at(2.4) == pytest.approx([20, 10, 60])
     assert moved.offset_at(2.5) == pytest.approx([20, 10, 60])  # until it leaves
@@ -60,7 +77,7 @@ def test_keyframes_are_passed_through_and_never_overshot() -> None:
 
 
 def test_keyed_turns_are_passed_through_and_stay_until_it_is_gone() -> None:
-    turned = replace(STILL, turns=((2.0, (0.0, 0.4, 0)), (2.4, (0.1, 0.4, 0))))
+    turned = changed(STILL.entry, turns=((2.0, (0.0, 0.4, 0)), (2.4, (0.1, 0.4, 0))))
     for seconds, turn in (
         (1.2, (0, 0, 0)),  # on its way
         (1.5, (0, 0, 0)),
@@ -75,13 +92,15 @@ def test_keyed_turns_are_passed_through_and_stay_until_it_is_gone() -> None:
 
 
 def test_sway_is_seeded_and_bounded() -> None:
-    shaken = replace(STILL, sway=2.0, seed=4)
+    shaken = changed(STILL.entry, sway=2.0, seed=4)
     path = np.array([shaken.offset_at(t) for t in np.linspace(1.5, 2.5, 50)]) - [0, 0, 50]
     assert np.abs(path).max() <= 2.0
     assert np.abs(path).max() > 0.5
-    assert np.array_equal(shaken.offset_at(2.0), replace(STILL, sway=2.0, seed=4).offset_at(2.0))
+    assert np.array_equal(
+        shaken.offset_at(2.0), changed(STILL.entry, sway=2.0, seed=4).offset_at(2.0)
+    )
     assert not np.array_equal(
-        shaken.offset_at(2.0), replace(STILL, sway=2.0, seed=5).offset_at(2.0)
+        shaken.offset_at(2.0), changed(STILL.entry, sway=2.0, seed=5).offset_at(2.0)
     )
 
 
@@ -91,7 +110,7 @@ def _solid(prop: Prop) -> trimesh.Trimesh:
 
 @pytest.mark.parametrize("kind", ["hand", "microphone"])
 def test_meshes_are_closed_and_turned_outwards(kind: str) -> None:
-    prop = Occluder(kind, 0.0, 2.0).prop()  # type: ignore[arg-type]
+    prop = occluder(kind).prop()
     solid = _solid(prop)
     assert solid.is_watertight
     assert solid.volume > 0
@@ -102,18 +121,18 @@ def test_meshes_are_closed_and_turned_outwards(kind: str) -> None:
 
 
 def test_sizes_are_those_of_the_real_things() -> None:
-    microphone = Occluder("microphone", 0.0, 2.0).prop().vertices
+    microphone = occluder("microphone").prop().vertices
     assert np.ptp(microphone[:, 0]) == pytest.approx(50.0, abs=0.5)
     assert microphone[:, 1].min() == pytest.approx(-202.0)
-    hand = Occluder("hand", 0.0, 2.0).prop().vertices
+    hand = occluder("hand").prop().vertices
     beyond_wrist = hand[hand[:, 0] > -92]
     assert 180 < np.ptp(beyond_wrist[:, 0]) < 215  # a grown person's hand
     assert 75 < np.ptp(beyond_wrist[beyond_wrist[:, 1] < 45][:, 1]) < 100
 
 
 def test_skin_gives_the_hand_its_colour() -> None:
-    dark = Occluder("hand", 0.0, 2.0, colour=(80, 55, 42)).prop()
-    light = Occluder("hand", 0.0, 2.0, colour=(235, 200, 180)).prop()
+    dark = occluder("hand", colour=(80, 55, 42)).prop()
+    light = occluder("hand", colour=(235, 200, 180)).prop()
     back_of_hand = (np.abs(dark.vertices[:, 0] + 50) < 20) & (dark.vertices[:, 2] > 5)
     assert np.median(dark.colours[back_of_hand], axis=0) == pytest.approx([80, 55, 42], abs=6)
     assert np.median(light.colours[back_of_hand], axis=0) == pytest.approx([235, 200, 180], abs=12)
@@ -122,7 +141,7 @@ def test_skin_gives_the_hand_its_colour() -> None:
 def test_hand_hides_the_lips_and_keeps_off_the_face(speaker: Speaker) -> None:
     for person in ("clara", "kofi"):
         rest = speaker.named(person)
-        held = clear_of(Occluder("hand", 0.0, 2.0, sway=0.0), speaker, rest, gap=5.0)
+        held = clear_of(occluder("hand", sway=0.0), speaker, rest, gap=5.0)
         pose = held.pose_at(1.0, mouth_of(speaker, rest))
         assert pose is not None
         at = pose.apply(held.prop().vertices.astype(np.float64))
@@ -157,7 +176,7 @@ def _drawn(prop: Prop, scale: float) -> np.ndarray:
     ids=lambda b: f"{b.kind}-{b.columns}x{b.rows}",
 )
 def test_a_board_has_its_corners_where_they_are_said_to_be(board: Board) -> None:
-    prop = Occluder("board", 0.0, 2.0, board=board).prop()
+    prop = occluder("board", board=board).prop()
     grey, scale = _drawn(prop, 7.0), 7.0
     found = board.find(np.repeat(grey[..., None], 3, axis=2))
     assert found is not None
@@ -169,7 +188,7 @@ def test_a_board_has_its_corners_where_they_are_said_to_be(board: Board) -> None
 
 
 def test_a_board_is_printed_on_the_side_away_from_the_face() -> None:
-    prop = Occluder("board", 0.0, 2.0).prop()
+    prop = occluder("board").prop()
     size = np.array([7, 5]) * 18.0 + 18
     assert np.ptp(prop.vertices, axis=0) == pytest.approx([*size, 2], abs=1e-4)
     a, b, c = (prop.vertices[prop.faces[:, k]] for k in range(3))
@@ -182,13 +201,13 @@ def test_a_board_is_printed_on_the_side_away_from_the_face() -> None:
 
 
 def test_a_turned_board_keeps_off_the_face(speaker: Speaker) -> None:
-    near = Occluder(
-        "board", 0.0, 2.0, offset=(0, 20, 60), sway=0.0,
+    near = occluder(
+        "board", offset=(0, 20, 60), sway=0.0,
         keyframes=((1.0, (0, 20, 20)),), turns=((1.0, (0, 0.6, 0)),),
     )  # fmt: skip
     rest = speaker.named("clara")
     held = clear_of(near, speaker, rest, gap=5.0)
-    flat = clear_of(replace(near, turns=()), speaker, rest, gap=5.0)
+    flat = clear_of(changed(near.entry, near.keyframes), speaker, rest, gap=5.0)
     assert 20 < flat.keyframes[0][1][2] < 40  # off the tip of the nose
     assert held.keyframes[0][1][2] != pytest.approx(flat.keyframes[0][1][2], abs=0.5)
 
@@ -205,7 +224,7 @@ def test_what_is_moved_keeps_off_the_face_all_the_time(
 ) -> None:
     rest = speaker.named("clara")
     mouth, front = mouth_of(speaker, rest), rest[rest[:, 2] > 0]
-    held = clear_of(Occluder(kind, 0.0, 2.0, 0.2, sway=0.0, **moved), speaker, rest)
+    held = clear_of(occluder(kind, travel=0.2, sway=0.0, **moved), speaker, rest)
     vertices = held.prop().vertices.astype(np.float64)
     for seconds in np.linspace(0.2, 1.8, 50):
         pose = held.pose_at(seconds, mouth)
@@ -216,7 +235,7 @@ def test_what_is_moved_keeps_off_the_face_all_the_time(
 
 
 def test_clear_occluder_is_left_where_it_is(speaker: Speaker) -> None:
-    far = Occluder("hand", 0.0, 2.0, offset=(0, 0, 120))
+    far = occluder("hand", offset=(0, 0, 120))
     assert clear_of(far, speaker, speaker.named("mei")) is far
 
 
@@ -234,6 +253,6 @@ def test_clear_occluder_is_left_where_it_is(speaker: Speaker) -> None:
         ({"board": BOARD}, "microphone is not a board"),
     ],
 )
-def test_impossible_occluders_are_refused(change: dict[str, object], words: str) -> None:
+def test_impossible_occluders_are_refused(change: dict[str, Any], words: str) -> None:
     with pytest.raises(ParameterError, match=words):
-        replace(STILL, **change)  # type: ignore[arg-type]
+        changed(STILL.entry, **change)
