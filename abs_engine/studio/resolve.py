@@ -62,10 +62,9 @@ def plan_clip(
     events = pick("event", scene.event, entry.events, where)
     heads = head_poses(entry.motion, times, rng, said.turns, _leaving(events, times))
     rotations, translations = vectors(heads)
-    lamps = [
-        Light(lamp.direction, lamp.intensity, lamp.colour, lamp.name, lamp.keys)
-        for lamp in pick("light", scene.light, entry.lights, where)
-    ]
+    lamps = pick("light", scene.light, entry.lights, where)
+    for lamp in lamps:
+        lamp.check()
     plan = ClipPlan(
         name=entry.name, person=entry.speaker, sentence=said.text,
         command=command, seed=scene.seed, number=number,

@@ -426,9 +426,9 @@ def test_a_worn_camera_sees_a_head_that_stands_still(speaker):
 
 
 def test_lights_change_as_their_keys_say():
-    lamp = Light((0.0, 0.0, -1.0), 2.0, (1.0, 1.0, 1.0), "a", (LightKey(1.0), LightKey(3.0, 4.0)))
+    lamp = Light("a", (0.0, 0.0, -1.0), 2.0, keys=(LightKey(1.0), LightKey(3.0, 4.0)))
     np.testing.assert_allclose(lamp.at(np.array([0.0, 1, 2, 3, 9]))[:, 3], [2, 2, 3, 4, 4])
-    assert Light((0.0, 0.0, -1.0), 2.0).at(np.zeros(4)).shape == (4, 7)
+    assert Light("a", (0.0, 0.0, -1.0), 2.0).at(np.zeros(4)).shape == (4, 7)
 
 
 def test_events_fade_in_and_out(speaker):

@@ -49,8 +49,8 @@ _CLOSER, _LOWER = 1.35, 20.0
 portrait has its middle."""
 _LOOK = Look(
     lights=(
-        Light((0.1, 0.45, -1.0), 2.4, name="low"),  # the upper lip must not lie in the dark
-        Light((-0.6, 0.05, -1.0), 1.2, name="side"),
+        Light("low", (0.1, 0.45, -1.0), 2.4),  # the upper lip must not lie in the dark
+        Light("side", (-0.6, 0.05, -1.0), 1.2),
     )
 )
 _REACH = 0.5

@@ -32,7 +32,7 @@ class LightKey:
 
 @dataclass(frozen=True)
 class Light:
-    """A distant lamp.
+    """``[[light]]``: a distant lamp.
 
     Parameters
     ----------
@@ -43,20 +43,16 @@ class Light:
         Linear RGB.
     keys : tuple of LightKey
         How it changes; between them it changes linearly.
-
-    Raises
-    ------
-    ParameterError
-        If a direction has no length, an intensity or colour is negative, or keys are out of order.
     """
 
-    direction: tuple[float, float, float]
-    intensity: float
+    name: str
+    direction: Colour
+    intensity: float = 3.0
     colour: Colour = (1.0, 1.0, 1.0)
-    name: str = "light"
     keys: tuple[LightKey, ...] = ()
 
-    def __post_init__(self) -> None:
+    def check(self) -> None:
+        """Raise `ParameterError` for no direction, negative light, or keys out of order."""
         directions = [self.direction, *(k.direction for k in self.keys if k.direction is not None)]
         if any(not np.any(d) for d in directions):
             raise ParameterError(
@@ -88,8 +84,8 @@ class Light:
         return [*(key.direction or self.direction), intensity, *(key.colour or self.colour)]
 
 
-KEY = Light((0.55, -0.55, -1.0), 3.3, (1.0, 0.96, 0.90), "key")
-FILL = Light((-0.90, -0.10, -0.75), 1.0, (0.88, 0.94, 1.0), "fill")
+KEY = Light("key", (0.55, -0.55, -1.0), 3.3, (1.0, 0.96, 0.90))
+FILL = Light("fill", (-0.90, -0.10, -0.75), 1.0, (0.88, 0.94, 1.0))
 
 
 @dataclass(frozen=True)

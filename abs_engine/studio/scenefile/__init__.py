@@ -14,14 +14,13 @@ from abs_engine.studio.scenefile.text import scene_text
 from abs_engine.studio.scenefile.values import (
     CameraEntry,
     EventEntry,
-    LightEntry,
     MirrorEntry,
     OccluderEntry,
     SpeakerEntry,
 )
 
 __all__ = [
-    "CameraEntry", "ClipEntry", "EventEntry", "HeadKey", "Label", "LightEntry", "MirrorEntry",
+    "CameraEntry", "ClipEntry", "EventEntry", "HeadKey", "Label", "MirrorEntry",
     "MotionEntry", "OccluderEntry", "SceneFile", "SpeakerEntry", "check_size", "complete",
     "nearest", "parse_scene", "pick", "read_scene", "scene_text", "sentence_scene",
 ]  # fmt: skip

@@ -11,12 +11,12 @@ import numpy as np
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.dataset import SUMS, codec
-from abs_engine.studio.appearance.look import FILL, KEY
+from abs_engine.studio.appearance.look import FILL, KEY, Light
 from abs_engine.studio.scenefile.reader import nearest
 from abs_engine.studio.scenefile.scene import ClipEntry, SceneFile
-from abs_engine.studio.scenefile.values import CameraEntry, EventEntry, LightEntry, OccluderEntry
+from abs_engine.studio.scenefile.values import CameraEntry, EventEntry, OccluderEntry
 
-Named = TypeVar("Named", CameraEntry, LightEntry, OccluderEntry, EventEntry, ClipEntry)
+Named = TypeVar("Named", CameraEntry, Light, OccluderEntry, EventEntry, ClipEntry)
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 _TAKEN = {
     "clip": {codec.DATASET, codec.SCENE, codec.README, SUMS},
@@ -57,12 +57,11 @@ def complete(scene: SceneFile) -> SceneFile:
     check_size(scene.size)
     if scene.shirt is True:
         raise ParameterError("shirt = true names no colour", "give [r, g, b] or false")
-    lamps = tuple(LightEntry(k.name, k.direction, k.intensity, k.colour) for k in (KEY, FILL))
     clips = scene.clip or (ClipEntry(),)
     scene = replace(
         scene,
         camera=scene.camera or (CameraEntry(),),
-        light=scene.light or lamps,
+        light=scene.light or (KEY, FILL),
         occluder=tuple(replace(o, name=o.name or o.kind) for o in scene.occluder),
         event=tuple(replace(e, name=e.name or e.kind) for e in scene.event),
         clip=tuple(replace(c, name=c.name or f"clip-{n}") for n, c in enumerate(clips, start=1)),

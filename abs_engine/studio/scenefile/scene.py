@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from abs_engine.studio.appearance.look import Light
 from abs_engine.studio.appearance.optics import Background
 from abs_engine.studio.scenefile.values import (
     CameraEntry,
     EventEntry,
-    LightEntry,
     OccluderEntry,
     SpeakerEntry,
     Vector,
@@ -150,7 +150,7 @@ class SceneFile:
     background: Background = field(default_factory=Background)
     speaker: tuple[SpeakerEntry, ...] = ()
     camera: tuple[CameraEntry, ...] = ()
-    light: tuple[LightEntry, ...] = ()
+    light: tuple[Light, ...] = ()
     occluder: tuple[OccluderEntry, ...] = ()
     event: tuple[EventEntry, ...] = ()
     clip: tuple[ClipEntry, ...] = ()

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from abs_engine.capture.board import Board
-from abs_engine.studio.appearance.look import LightKey
 from abs_engine.studio.appearance.optics import Sensor
 
 Vector = tuple[float, float, float]
@@ -129,29 +128,6 @@ class CameraEntry:
     exposure: float = 1.0
     crf: int = 16
     mirror: MirrorEntry | None = None
-
-
-@dataclass(frozen=True)
-class LightEntry:
-    """``[[light]]``: a distant lamp.
-
-    Parameters
-    ----------
-    name : str
-    direction : (3,) float
-        In which its light travels, world frame.
-    intensity : float
-    colour : (3,) float
-        Linear RGB.
-    keys : list of tables
-        time, and intensity, direction or colour at that time.
-    """
-
-    name: str
-    direction: Vector
-    intensity: float = 3.0
-    colour: Vector = (1.0, 1.0, 1.0)
-    keys: tuple[LightKey, ...] = ()
 
 
 @dataclass(frozen=True)
