@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import BoolArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
-from abs_engine.dataset.codec import BOARD, HAND, MICROPHONE, OTHER
+from abs_engine.dataset.codec import BOARD, HAND, MICROPHONE
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.cast import Actor
 from abs_engine.studio.plan import Prop, compose, vectors
 from abs_engine.studio.prop_mesh import Prop as Mesh
 from abs_engine.studio.props import Occluder, clear_of, mouth_of
 from abs_engine.studio.scenefile import ClipEntry, OccluderEntry, SceneFile, pick
-from abs_engine.studio.torso import dress
+from abs_engine.studio.torso import shirt
 
 _CODE = {"hand": HAND, "microphone": MICROPHONE, "board": BOARD}
 _STILL = np.zeros(3)
@@ -43,30 +43,6 @@ def skin_of(speaker: Speaker, texture: NDArray[np.uint8]) -> tuple[int, int, int
     column, row = np.clip(place.astype(int), 0, texture.shape[0] - 1).T
     red, green, blue = (int(v) for v in np.median(texture[row, column], axis=0))
     return red, green, blue
-
-
-def shirt(
-    speaker: Speaker,
-    neutral: NDArray[np.float32],
-    heads: list[Pose],
-    colour: tuple[float, float, float],
-) -> Prop:
-    """A shirt that hangs from the neck and follows the head's turning by a quarter."""
-    torso = dress(speaker, neutral)
-    poses = [
-        Pose.from_vectors(0.25 * head.rotation_vector, head.apply(torso.anchor)) for head in heads
-    ]
-    rotations, translations = vectors(poses)
-    return Prop(
-        OTHER,
-        torso.vertices,
-        torso.faces,
-        torso.normals,
-        np.tile(np.array(colour, np.float32), (len(torso.vertices), 1)),
-        rotations,
-        translations,
-        np.ones(len(heads), np.bool_),
-    )
 
 
 def _occluder(

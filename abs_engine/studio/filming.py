@@ -21,12 +21,12 @@ from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.studio.appearance.look import Look
 from abs_engine.studio.cameras import check_view
 from abs_engine.studio.cast import NO_DOTS, Cast
-from abs_engine.studio.dressing import shirt
 from abs_engine.studio.make import Crew, Filmed, Order, make
 from abs_engine.studio.plan import ClipPlan, View, vectors
 from abs_engine.studio.resolve import lights_at, plan_clip
 from abs_engine.studio.scenefile import SceneFile, check_size, complete, scene_text
 from abs_engine.studio.sequence import Sequence
+from abs_engine.studio.torso import shirt
 
 
 def film_scene(

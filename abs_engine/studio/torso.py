@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.geometry import edges_of, vertex_normals
+from abs_engine.core.geometry import Pose, edges_of, vertex_normals
+from abs_engine.dataset.codec import OTHER
 from abs_engine.io.assets import Speaker
+from abs_engine.studio.appearance.look import Colour
+from abs_engine.studio.plan import Prop, vectors
 
 _COLLAR = ((10.0, 2.0), (8.0, 4.5), (-3.0, 8.0))
 """Rings above and around the neck's open end: height and distance from it, mm."""
@@ -23,27 +24,10 @@ _SHOULDERS = (
 """Ellipses below the neck's open end: height, half width, half depth, mm."""
 
 
-@dataclass(frozen=True, eq=False)
-class Torso:
-    """A shirt for one person.
-
-    Parameters
-    ----------
-    anchor : (3,) float64, mm, head frame
-        Middle of the neck's open end, which is the origin of `vertices`.
-    vertices : (N, 3) float32, mm; axes as in the head frame
-    faces : (M, 3) int32
-    normals : (N, 3) float32
-    """
-
-    anchor: NDArray[np.float64]
-    vertices: NDArray[np.float32]
-    faces: NDArray[np.int32]
-    normals: NDArray[np.float32]
-
-
-def dress(speaker: Speaker, neutral: NDArray[np.float32]) -> Torso:
-    """Fit a shirt to the neck of a person with neutral vertices (V, 3)."""
+def shirt(
+    speaker: Speaker, neutral: NDArray[np.float32], heads: list[Pose], colour: Colour
+) -> Prop:
+    """A shirt (linear RGB) that hangs from the neck and follows the head's turning by a quarter."""
     rim = neutral[neck_rim(speaker)].astype(np.float64)
     anchor = np.array([0.0, rim[:, 1].mean(), rim[:, 2].mean()])
     rim = rim - anchor
@@ -60,8 +44,11 @@ def dress(speaker: Speaker, neutral: NDArray[np.float32]) -> Torso:
     ]
     rings += [0.6 * rings[-1] + 0.4 * below[0] + [0, 6, 0], *below]
     vertices, faces = np.concatenate(rings), _strips(len(rings), len(turn))
-    normals = vertex_normals(vertices, faces)
-    return Torso(anchor, vertices.astype(np.float32), faces, normals.astype(np.float32))
+    normals = vertex_normals(vertices, faces).astype(np.float32)
+    poses = [Pose.from_vectors(0.25 * head.rotation_vector, head.apply(anchor)) for head in heads]
+    cloth = np.tile(np.array(colour, np.float32), (len(vertices), 1))
+    present = np.ones(len(heads), np.bool_)
+    return Prop(OTHER, vertices.astype(np.float32), faces, normals, cloth, *vectors(poses), present)
 
 
 def _strips(rings: int, around: int) -> NDArray[np.int32]:
