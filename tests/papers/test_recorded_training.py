@@ -10,6 +10,7 @@ from lip_clips import CAMERA, FRONT, HEADS, SPEAKER, lips, picture
 
 from abs_engine.fit.shell import problem_of
 from abs_engine.papers.basu1998 import filmed
+from abs_engine.papers.basu1998.collected import Report
 from abs_engine.papers.basu1998.experiment import lip_error
 from abs_engine.papers.basu1998.page import reproduction_page
 from abs_engine.papers.basu1998.recorded_training import PARTS, WEAK, _by_dots, errors
@@ -98,6 +99,6 @@ def test_the_page_has_a_row_for_each_person_and_all():
 def test_it_is_left_out_by_quick_and_without_the_recording(tmp_path, monkeypatch):
     monkeypatch.setenv("ABS_ENGINE_DATA", str(tmp_path))
     for amount in (filmed.QUICK, filmed.FULL):
-        given = amount, tmp_path / "report", tmp_path, CpuRenderer(), 0, print
-        assert _recorded(SPEAKER, *given) is None
+        report = Report(tmp_path / "report", tmp_path, CpuRenderer(), SPEAKER, amount, 0, print)
+        assert _recorded(report) is None
     assert not (tmp_path / "report").exists()

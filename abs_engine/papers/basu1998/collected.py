@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,9 +16,10 @@ from matplotlib.ticker import MaxNLocator
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset.view import Truth
+from abs_engine.io.assets import Speaker
 from abs_engine.io.files import png
 from abs_engine.papers.basu1998.experiment import FrameError, TrainedLips
-from abs_engine.papers.basu1998.filmed import FRONT, YAWS, camera_name
+from abs_engine.papers.basu1998.filmed import FRONT, YAWS, Amount, camera_name
 from abs_engine.papers.basu1998.pictures import (
     ShownFit,
     convergence_figure,
@@ -34,15 +35,25 @@ BEST = "simplex"
 
 @dataclass
 class Report:
-    """Results collected on the way.
+    """A reproduction under way: what it is made with and of, and what was found.
 
     Parameters
     ----------
+    kept : Path
+        Gets the fits, frame by frame, and has those of an interrupted run.
+    tell : callable
+        Called with what is begun.
     figures : list of (str, str)
         File and caption.
     """
 
     folder: Path
+    kept: Path
+    renderer: Renderer
+    speaker: Speaker
+    amount: Amount
+    seed: int
+    tell: Callable[[str], None]
     results: dict[str, Any] = field(default_factory=dict)
     figures: list[tuple[str, str]] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
@@ -58,7 +69,6 @@ def fit_figures(
     lips: TrainedLips,
     sides: Mapping[str, Truth],
     known: Sequence[FrameError],
-    renderer: Renderer,
 ) -> None:
     """Keep figures 3 to 9, of one person.
 
@@ -69,7 +79,7 @@ def fit_figures(
     known : sequence of FrameError
         Fits with the pose known, of this person and by `BEST` among them.
     """
-    front = sides[FRONT]
+    front, renderer = sides[FRONT], report.renderer
     opened = int(np.argmax(front.aperture))
     picture = list(front.pictures())[opened]
     pose, camera = front.pose(opened), front.camera

@@ -24,7 +24,7 @@ from abs_engine.studio.scenefile import parse_scene
 
 SIZE = (640, 480)
 YAWS = (-45, -22, 0, 22, 45)  # degrees from which the head is seen
-KINDS, FRONTS = ("still", "moving"), "fronts"
+FILMED, KINDS, FRONTS = "filmed", ("still", "moving"), "fronts"
 RATES = {"still": 12.5, "moving": 25.0, FRONTS: 12.5}
 """Frames per second: few where each is fitted by itself, the usual where a head is followed."""
 SAID = "_ w i: m eI b eI k S O: t p U d I N z _ f O: j u: v @ r aI @ n @ b aU t dZ u: n _"

@@ -6,7 +6,7 @@ person who speaks. Beside the error stands how much of it other things than the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from abs_engine.dataset.view import Truth
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.training import reached
-from abs_engine.papers.basu1998.collected import BEST
+from abs_engine.papers.basu1998.collected import BEST, Report
 from abs_engine.papers.basu1998.experiment import (
     TrainedLips,
     learn_lips,
@@ -27,7 +27,14 @@ from abs_engine.papers.basu1998.experiment import (
     pose_known,
     rms_of,
 )
-from abs_engine.papers.basu1998.filmed import FRONT, YAWS, camera_name, film_fronts, learn_colours
+from abs_engine.papers.basu1998.filmed import (
+    FILMED,
+    FRONT,
+    YAWS,
+    camera_name,
+    film_fronts,
+    learn_colours,
+)
 from abs_engine.papers.basu1998.motion import recorded_motion
 
 PARTS = ("interpolation_mm", "modes_mm", "picture_mm", "mm")
@@ -41,46 +48,26 @@ WEAK = 10.0
 """Factor of the prior's standard deviations where it says next to nothing."""
 
 
-def recorded_training(
-    speaker: Speaker,
-    people: Sequence[str],
-    recording: Path,
-    frames: int,
-    folder: Path,
-    kept: Path,
-    renderer: Renderer,
-    seed: int,
-    tell: Callable[[str], None],
-) -> dict[str, Any]:
+def recorded_training(report: Report, people: Sequence[str], recording: Path) -> dict[str, Any]:
     """Errors by `PARTS` of each person, seen from the front, the pose known.
-
-    Parameters
-    ----------
-    frames : int
-        Of each test.
-    folder : Path
-        Gets the films, or has them.
-    kept : Path
-        Gets the fits, frame by frame, and has those of an interrupted run.
-    tell : callable
-        Called with what is begun.
 
     Returns
     -------
     dict
         ``people``, of each the errors, ``all``, their RMS, and ``motion``, what was learned from.
     """
-    tell("filming fronts")
-    views = film_fronts(people, frames, folder, seed)
+    speaker, seed = report.speaker, report.seed
+    report.tell("filming fronts")
+    views = film_fronts(people, report.amount.recorded, report.folder / FILMED, seed)
     found, source = {}, ""
     for person in people:
-        tell(f"{person}'s lips, learned from the recording")
+        report.tell(f"{person}'s lips, learned from the recording")
         motion = recorded_motion(speaker, person, recording)
         source = motion.source
         seen = [views[person, "colours", camera_name(y)] for y in (YAWS[0], 0, YAWS[-1])]
         lips = learn_lips(speaker, person, learn_colours(seen), seed, motion)
-        test = views[person, "test", FRONT]
-        found[person] = errors(speaker, lips, test, renderer, kept / f"recorded-{person}")
+        test, kept = views[person, "test", FRONT], report.kept / f"recorded-{person}"
+        found[person] = errors(speaker, lips, test, report.renderer, kept)
     each = np.array([list(row.values()) for row in found.values()])
     pooled = np.sqrt((each**2).mean(axis=0)).tolist()
     return {"motion": source, "people": found, "all": dict(zip(PARTS, pooled, strict=True))}

@@ -14,7 +14,7 @@ from abs_engine.core.errors import InputFileError
 from abs_engine.core.provenance import made_by
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset.view import Truth
-from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.io.assets import load_speaker
 from abs_engine.learn.cameras import camera_results
 from abs_engine.learn.reconstruction import table_1
 from abs_engine.learn.training import train
@@ -31,11 +31,11 @@ from abs_engine.papers.basu1998.experiment import (
 )
 from abs_engine.papers.basu1998.figures import draw_dots, draw_modes
 from abs_engine.papers.basu1998.filmed import (
+    FILMED,
     FRONT,
     FULL,
     QUICK,
     YAWS,
-    Amount,
     camera_name,
     film,
     learn_colours,
@@ -101,26 +101,31 @@ def reproduce(
         What ``results.json`` holds.
     """
     begun = time.perf_counter()
-    amount, speaker, report = QUICK if quick else FULL, load_speaker(), Report(folder)
+    amount, speaker = QUICK if quick else FULL, load_speaker()
+    report = Report(folder, kept, renderer, speaker, amount, seed, tell)
     tell("learning from dots")
-    _learned(report, speaker, amount.people[0], renderer, seed)
+    _learned(report, amount.people[0])
     tell("reading visemes")
     syllables = QUICK_SYLLABLES if quick else SYLLABLES
     report.results["viseme_information"] = viseme_information(speaker, seed, syllables)
     tell("filming heads without dots")
-    views = film(amount, folder / "filmed", seed)
+    views = film(amount, folder / FILMED, seed)
     fits = Fits([], [], [], [])
     for person in amount.people:
         own = {key[1:]: view for key, view in views.items() if key[0] == person}
-        lips, sides = _fit_person(fits, speaker, person, own, renderer, kept / person, seed, tell)
+        lips, sides = _fit_person(report, fits, person, own)
         if person == amount.people[0]:
-            fit_figures(report, lips, sides, fits.known, renderer)
+            fit_figures(report, lips, sides, fits.known)
     fitted(report, fits, len(amount.people) * len(YAWS) * amount.test)
-    report.results["recorded"] = _recorded(speaker, amount, folder, kept, renderer, seed, tell)
+    report.results["recorded"] = _recorded(report)
     tell("real clips")
     grid = None if quick else grid_agreement(renderer, tell, kept / "grid")
-    report.results["grid"] = grid or {"closure_precision": None, "closure_recall": None}
-    report.results |= _circumstances(amount.people, renderer, quick, seed)
+    report.results |= {
+        "grid": grid or {"closure_precision": None, "closure_recall": None},
+        "people": list(amount.people), "quick": quick, "seed": seed,
+        "command": f"abs-engine reproduce 000{' --quick' if quick else ''} --seed {seed}",
+        "renderer": renderer.description, **made_by(),
+    }  # fmt: skip
     took = round(time.perf_counter() - begun, 1)
     write_timing(folder, {"seconds": took, "seconds_per_frame": seconds(fits.known)})
     (folder / "results.json").write_text(json.dumps(report.results, indent=2) + "\n")
@@ -130,19 +135,14 @@ def reproduce(
 
 
 def _fit_person(
-    fits: Fits,
-    speaker: Speaker,
-    person: str,
-    views: Mapping[tuple[str, str], Truth],
-    renderer: Renderer,
-    kept: Path,
-    seed: int,
-    tell: Callable[[str], None],
+    report: Report, fits: Fits, person: str, views: Mapping[tuple[str, str], Truth]
 ) -> tuple[TrainedLips, dict[str, Truth]]:
     """Add the fits of a person's views by kind of clip and camera; the lips, and the test clips."""
+    speaker, renderer, tell = report.speaker, report.renderer, report.tell
+    kept = report.kept / person
     tell(f"learning {person}'s lips and colours")
     seen = [views["colours", camera_name(y)] for y in (YAWS[0], 0, YAWS[-1])]
-    lips = learn_lips(speaker, person, learn_colours(seen), seed)
+    lips = learn_lips(speaker, person, learn_colours(seen), report.seed)
     sides = {camera_name(y): views["test", camera_name(y)] for y in YAWS}
     for name, driver, rule, score in WAYS:
         tell(f"fitting {person} by {name.replace('_', ' ')}")
@@ -158,43 +158,24 @@ def _fit_person(
     turning = views["moving", FRONT]
     fits.moving.extend(pose_estimated(lips, speaker, turning, renderer, BEST, kept))
     tell(f"training {person}'s lips further")
-    fits.further.append(_further(speaker, lips, seen, sides[FRONT], renderer, seed, kept))
+    fits.further.append(_further(report, lips, seen, sides[FRONT]))
     return lips, sides
 
 
-def _recorded(
-    speaker: Speaker,
-    amount: Amount,
-    folder: Path,
-    kept: Path,
-    renderer: Renderer,
-    seed: int,
-    tell: Callable[[str], None],
-) -> dict[str, Any] | None:
+def _recorded(report: Report) -> dict[str, Any] | None:
     """The paper's own training on other motion, of all people; None without the recording."""
-    if not amount.recorded:
+    if not report.amount.recorded:
         return None
     try:
         path = recording_path()
     except InputFileError:
         return None
-    given = amount.recorded, folder / "filmed", kept, renderer, seed, tell
-    return recorded_training(speaker, list(speaker.people), path, *given)
+    return recorded_training(report, list(report.speaker.people), path)
 
 
-def _circumstances(
-    people: Sequence[str], renderer: Renderer, quick: bool, seed: int
-) -> dict[str, Any]:
-    """By which command, of whom and by what the results were made."""
-    return {
-        "people": list(people), "quick": quick, "seed": seed,
-        "command": f"abs-engine reproduce 000{' --quick' if quick else ''} --seed {seed}",
-        "renderer": renderer.description, **made_by(),
-    }  # fmt: skip
-
-
-def _learned(report: Report, speaker: Speaker, person: str, renderer: Renderer, seed: int) -> None:
+def _learned(report: Report, person: str) -> None:
     """Sections 3, 4 and 6.2: ten modes, figure 2 and table 1."""
+    speaker, renderer, seed = report.speaker, report.renderer, report.seed
     motion, told = recorded_or_authored(speaker, person), "the recording of a real face"
     if motion.source == AUTHORED:
         told = "authored speech, as the recording is not there"
@@ -228,17 +209,12 @@ def _named(name: str, errors: Iterable[FrameError]) -> list[FrameError]:
 
 
 def _further(
-    speaker: Speaker,
-    lips: TrainedLips,
-    clips: Sequence[Truth],
-    test: Truth,
-    renderer: Renderer,
-    seed: int,
-    kept: Path,
+    report: Report, lips: TrainedLips, clips: Sequence[Truth], test: Truth
 ) -> tuple[float, ...]:
     """Error on the test, mm, by each of `FURTHER`, of lips that five seconds of dots gave."""
+    speaker, renderer, kept = report.speaker, report.renderer, report.kept / lips.person
     motion = recorded_or_authored(speaker, lips.person, UNROUNDED)  # leaves much to be learned
-    before = learn_lips(speaker, lips.person, lips.classes, seed, motion)
+    before = learn_lips(speaker, lips.person, lips.classes, report.seed, motion)
     after = further_trained(before, [lip_clip(before, clips, renderer)])[0]
     each = dict(zip(FURTHER, (with_sample_variances(before), before, after), strict=True))
     return tuple(
