@@ -1,29 +1,17 @@
-"""Numbers painted on the face: errors in millimetres, say."""
+"""Numbers of vertices, to be painted on the face: errors in millimetres, say."""
 
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
-from abs_engine.core.scene import Renderer
 from abs_engine.io.inputs import MOST, check_file
 from abs_engine.io.npz import BROKEN, read_arrays
-from abs_engine.report.drawing.colours import HEAT_COLOURS
-from abs_engine.report.drawing.layout import beside
-from abs_engine.report.drawing.legend import colour_bar
-from abs_engine.report.drawing.paint import paint, value_coat
 from abs_engine.report.drawing.palette import rounded_up
-from abs_engine.report.drawing.view import View, views_of
-from abs_engine.report.inspect.body import Body
-
-HEAT_AMBIENT = 0.8
-"""Much of the light comes from everywhere, so that colours can be compared with the bar."""
-HEAT_TURNS = (-40.0, 0.0, 40.0)
 
 
 def read_values(path: Path, vertices: int) -> FloatArray:
@@ -78,42 +66,3 @@ def heat_limits(values: FloatArray, largest: float | None) -> tuple[float, float
     if not low < high < np.inf:
         raise ParameterError(f"the scale ends at {high:g}, where it begins", "give a greater --max")
     return low, high
-
-
-def heat_pictures(
-    renderer: Renderer,
-    body: Body,
-    values: FloatArray,
-    views: Sequence[View],
-    limits: tuple[float, float],
-) -> list[Image]:
-    """The head with numbers (V,) painted on it, in each view."""
-    look = value_coat(values, limits, HEAT_COLOURS)
-    return [paint(renderer, body, look, view, ambient=HEAT_AMBIENT) for view in views]
-
-
-def heat_map(
-    renderer: Renderer,
-    body: Body,
-    values: FloatArray,
-    size: tuple[int, int],
-    *,
-    text: str = "error, mm",
-    largest: float | None = None,
-) -> Image:
-    """Numbers on the face from several sides, with a colour bar, (H, W, 3) uint8 RGB.
-
-    Parameters
-    ----------
-    values : (V,) float64
-    size : tuple of int
-        Width and height of each view, pixels.
-    text : str
-        What the numbers are, and their unit.
-    largest : float, optional
-        The end of the scale; by default the greatest value, rounded up.
-    """
-    limits = heat_limits(values, largest)
-    views = views_of(body.vertices, size, HEAT_TURNS)
-    pictures = heat_pictures(renderer, body, values, views, limits)
-    return beside([*pictures, colour_bar(HEAT_COLOURS, limits, text, size[1])])

@@ -18,15 +18,11 @@ from abs_engine.io.assets import load_speaker
 from abs_engine.report.drawing.colours import HEAT_COLOURS
 from abs_engine.report.drawing.layout import beside
 from abs_engine.report.drawing.legend import colour_bar
+from abs_engine.report.drawing.paint import paint, value_coat
 from abs_engine.report.drawing.view import views_of
 from abs_engine.report.inspect.body import Body, posed
 from abs_engine.report.inspect.heads import FILM_VIEWS, person_of
-from abs_engine.report.inspect.heat import (
-    heat_limits,
-    heat_map,
-    heat_pictures,
-    read_values,
-)
+from abs_engine.report.inspect.heat import heat_limits, read_values
 from abs_engine.report.inspect.output import Film, Progress, presented
 from abs_engine.report.inspect.overlay import OverlayPainter
 from abs_engine.report.inspect.request import Request
@@ -34,6 +30,10 @@ from abs_engine.report.inspect.run_video import find_video
 from abs_engine.report.inspect.runs import RunHead, load_run_head, run_pictures
 from abs_engine.report.inspect.sheets import RATE, turn_angles
 from abs_engine.report.inspect.sources import check_pair, open_truth
+
+_AMBIENT = 0.8
+"""Much of the light comes from everywhere, so that colours can be compared with the bar."""
+_TURNS = (-40.0, 0.0, 40.0)
 
 
 def draw_overlay(
@@ -62,20 +62,20 @@ def draw_error(
     """Errors painted on the head, from three sides; as a film it turns round."""
     body, values, text = _errors(request)
     size = request.size or (360, 420)
-    if not film:
-        if request.views is not None:
-            raise ParameterError("--views is for films here", "end the file's name in .mp4")
-        made = heat_map(renderer, body, values, size, text=text, largest=request.largest)
-        if progress is not None:
-            progress(1, 1)
-        return made
+    if not film and request.views is not None:
+        raise ParameterError("--views is for films here", "end the file's name in .mp4")
     limits = heat_limits(values, request.largest)
-    views = views_of(body.vertices, size, turn_angles(request.views or FILM_VIEWS))
+    turns = turn_angles(request.views or FILM_VIEWS) if film else _TURNS
+    look = value_coat(values, limits, HEAT_COLOURS)
+    views = views_of(body.vertices, size, turns)
+    pictures = (paint(renderer, body, look, view, ambient=_AMBIENT) for view in views)
     bar = colour_bar(HEAT_COLOURS, limits, text, size[1])
-    frames = (
-        beside([heat_pictures(renderer, body, values, [view], limits)[0], bar]) for view in views
-    )
-    return Film(frames, len(views), RATE)
+    if film:
+        return Film((beside([picture, bar]) for picture in pictures), len(views), RATE)
+    made = beside([*pictures, bar])
+    if progress is not None:
+        progress(1, 1)
+    return made
 
 
 def _errors(request: Request) -> tuple[Body, NDArray[np.float64], str]:
