@@ -142,9 +142,8 @@ def test_a_works_own_settings_are_searched_with_and_kept_apart(tmp_path, monkeyp
 def test_both_are_tracked_on_the_same_sentences(tmp_path, monkeypatch, amount, count, frames):
     ran = []
 
-    def run(own, _speaker, _speech, _renderer, folder, *, jobs, **_):
+    def run(_report, own, _speech, jobs):
         ran.append((own, jobs))
-        assert folder is None
         row = {"rms_mm": 1.0 + len(ran), "sentences": len(jobs)}
         return SimpleNamespace(told=lambda: {OURS: row})
 

@@ -4,26 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from abs_engine.core.scene import Renderer
 from abs_engine.face.talking import MODELS, TalkingFace
 from abs_engine.io.assets import Speaker
-from abs_engine.papers.odisio2004.sentences_figures import curves_figure
+from abs_engine.papers.odisio2004.gathered import Report
 from abs_engine.papers.odisio2004.sentences_filmed import RATE, Filmed
 from abs_engine.papers.odisio2004.sentences_scores import Closures, Curves, closing_gap, closures
 from abs_engine.papers.odisio2004.sentences_scores import curves as curves_of
-from abs_engine.papers.odisio2004.sentences_work import Job, Tell, Work, track_sentences
+from abs_engine.papers.odisio2004.sentences_work import Job, Work, track_sentences
 from abs_engine.papers.odisio2004.sequence import Tracked
-from abs_engine.papers.odisio2004.trees import Tree, faces_at_centres, phoneme_tree, trees_figure
+from abs_engine.papers.odisio2004.trees import Tree, faces_at_centres, phoneme_tree
 from abs_engine.papers.odisio2004.visemes import Speech
-from abs_engine.report.drawing.figure import figure_bytes
 from abs_engine.studio.french import SENTENCES, Sentence
-
-FIGURE, TREES = "figure8.svg", "figure7.svg"
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,35 +132,20 @@ def in_spread_order() -> tuple[Sentence, ...]:
     return tuple(SENTENCES[k] for k in order)
 
 
-def run_sentences(
-    work: Work,
-    speaker: Speaker,
-    speech: Speech,
-    renderer: Renderer,
-    folder: Path | None,
-    *,
-    jobs: Sequence[Job],
-    workers: int,
-    renderer_name: str,
-    tell: Tell,
-) -> Sentences:
+def run_sentences(report: Report, work: Work, speech: Speech, jobs: Sequence[Job]) -> Sentences:
     """Film sentences and track each with its models; what is kept of an earlier run is taken.
 
     The head's pose in the first frame is given, about, and the face, which was learned from
-    `speech`, starts from rest. A `folder` gets figure 8, of the first sentence. Errors and other
-    parameters are those of `track_sentences`.
+    `speech`, starts from rest. Errors are those of `track_sentences`.
     """
+    speaker, shape = report.speaker, work.face.shape
     track_sentences(
-        work, jobs, speaker, renderer, workers=workers, renderer_name=renderer_name, tell=tell
-    )
-    tell("scoring sentences")
-    shape = work.face.shape
+        work, jobs, speaker, report.renderer,
+        workers=report.workers, renderer_name=report.renderer_name, tell=report.tell,
+    )  # fmt: skip
+    report.tell("scoring sentences")
     below = closing_gap(speaker, shape, speech.spoken.corpus.visemes, speech.built.alpha)
-    runs = [_run(work, job, speaker, below) for job in jobs]
-    if folder is not None:
-        figure = curves_figure(shape, runs[0].filmed, runs[0].curves)
-        (folder / FIGURE).write_bytes(figure_bytes(figure, "svg"))
-    return Sentences(tuple(runs), below)
+    return Sentences(tuple(_run(work, job, speaker, below) for job in jobs), below)
 
 
 def _run(work: Work, job: Job, speaker: Speaker, below: float) -> Run:
@@ -178,8 +158,8 @@ def _run(work: Work, job: Job, speaker: Speaker, below: float) -> Run:
     return Run(filmed, tracked, curves, shut)
 
 
-def run_trees(done: Sentences, face: TalkingFace, folder: Path, model: str) -> dict[str, Tree]:
-    """Figure 7, in a folder: trees of vowels and of consonants in sentences tracked by a model.
+def trees_of(done: Sentences, face: TalkingFace, model: str) -> dict[str, Tree]:
+    """Trees of vowels and of consonants in sentences tracked by a model, for figure 7.
 
     Raises `ParameterError` if fewer than two vowels or two consonants were said.
     """
@@ -190,6 +170,4 @@ def run_trees(done: Sentences, face: TalkingFace, folder: Path, model: str) -> d
         points = np.array([face.shape.points(row) for row in run.tracked[model].alpha])
         inside = [s for s in run.filmed.utterance.segments if s.middle * RATE < len(points)]
         said.append((inside, RATE, points))
-    trees = {kind: phoneme_tree(own) for kind, own in faces_at_centres(said).items()}
-    (folder / TREES).write_bytes(figure_bytes(trees_figure(trees), "svg"))
-    return trees
+    return {kind: phoneme_tree(own) for kind, own in faces_at_centres(said).items()}

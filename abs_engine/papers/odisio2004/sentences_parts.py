@@ -9,22 +9,21 @@ from abs_engine.papers.odisio2004.filmed import SIZE
 from abs_engine.papers.odisio2004.gathered import Amount, Report
 from abs_engine.papers.odisio2004.reproduce import filmed
 from abs_engine.papers.odisio2004.sentences import (
-    FIGURE,
-    TREES,
-    Sentences,
     chosen,
     in_spread_order,
     run_sentences,
-    run_trees,
+    trees_of,
 )
+from abs_engine.papers.odisio2004.sentences_figures import curves_figure
 from abs_engine.papers.odisio2004.sentences_filmed import cut, film_plan, plan_sentence
 from abs_engine.papers.odisio2004.sentences_work import Job, Work
 from abs_engine.papers.odisio2004.sequence import AS_PRINTED
 from abs_engine.papers.odisio2004.sequence_measure import by_articulation, practise
 from abs_engine.papers.odisio2004.teleconference import run_teleconference
-from abs_engine.papers.odisio2004.trees import CONSONANTS, VOWELS
+from abs_engine.papers.odisio2004.trees import CONSONANTS, VOWELS, trees_figure
 from abs_engine.papers.odisio2004.unassisted import unassisted
 from abs_engine.papers.odisio2004.visemes import Speech
+from abs_engine.report.drawing.figure import figure_bytes
 from abs_engine.studio.french import PRACTICE, SENTENCES
 
 TRACKED = "tracked"
@@ -66,19 +65,26 @@ def _practice(report: Report, speech: Speech, face: TalkingFace) -> None:
 
 
 def _sentences(report: Report, speech: Speech, face: TalkingFace) -> None:
-    done = _tracked(report, speech, _work(report, speech, face), jobs_of(report.amount), True)
+    done = run_sentences(report, _work(report, speech, face), speech, jobs_of(report.amount))
     report.results["sentences"] = done.told()
     report.results["sentences_each"] = done.told_each()
     report.timing["seconds_per_frame"] = done.took()
-    report.figures.append((FIGURE, "Figure 8: a tracked sentence; the truth is the solid line."))
+    first = done.runs[0]
+    report.figure(
+        "figure8.svg", figure_bytes(curves_figure(face.shape, first.filmed, first.curves), "svg"),
+        "Figure 8: a tracked sentence; the truth is the solid line.",
+    )  # fmt: skip
     papers = all(TREE_MODEL in run.tracked for run in done.runs)
     model = TREE_MODEL if papers else LINEAR[0]
-    trees = run_trees(done, face, report.folder, model)
+    trees = trees_of(done, face, model)
     report.results["trees_of"] = model
     report.results["trees"] = {
         kind: [list(group) for group in tree.groups(_CUT[kind])] for kind, tree in trees.items()
     }
-    report.figures.append((TREES, f"Figure 7: phonemes by the faces that {model} found."))
+    report.figure(
+        "figure7.svg", figure_bytes(trees_figure(trees), "svg"),
+        f"Figure 7: phonemes by the faces that {model} found.",
+    )  # fmt: skip
 
 
 def _work(report: Report, speech: Speech, face: TalkingFace) -> Work:
@@ -86,16 +92,6 @@ def _work(report: Report, speech: Speech, face: TalkingFace) -> Work:
         report.folder / TRACKED, report.kept / TRACKED, report.person, speech.beads,
         speech.pictures.camera, face, speech.built.alpha, report.renderer.description,
         report.seed, report.amount.frames,
-    )  # fmt: skip
-
-
-def _tracked(
-    report: Report, speech: Speech, work: Work, jobs: list[Job], drawn: bool = False
-) -> Sentences:
-    """Sentences that are tracked; with figure 8 where it is to be drawn."""
-    return run_sentences(
-        work, report.speaker, speech, report.renderer, report.folder if drawn else None, jobs=jobs,
-        workers=report.workers, renderer_name=report.renderer_name, tell=report.tell,
     )  # fmt: skip
 
 
@@ -110,7 +106,7 @@ def _as_printed(report: Report, speech: Speech, face: TalkingFace) -> None:
     report.results["as_printed"] = {
         "sentences": len(jobs),
         **{
-            name: _tracked(report, speech, work, jobs).told()[model]
+            name: run_sentences(report, work, speech, jobs).told()[model]
             for name, work in ((model, ours), (f"{model}_as_printed", literal))
         },
     }
