@@ -95,18 +95,14 @@ class OpenGLRenderer:
         OpenGLError
             If the renderer is closed, or belongs to another thread or process.
         """
-        check_weights(scene, candidates)
-        with self._current():
-            self._set_state(scene.cull)
+        with self._drawing(scene, candidates):
             return self._path.draw(scene, candidates, camera, window)
 
     def outlines(
         self, scene: Scene, candidates: Candidates, camera: Camera, window: Window
     ) -> list[Outlines]:
         """Draw every candidate for what shows where classes meet; raises as `draw`."""
-        check_weights(scene, candidates)
-        with self._current():
-            self._set_state(scene.cull)
+        with self._drawing(scene, candidates):
             return self._path.outlines(scene, candidates, camera, window)
 
     def measure(
@@ -121,11 +117,9 @@ class OpenGLRenderer:
         OpenGLError
             If the renderer is closed, or belongs to another thread or process.
         """
-        check_weights(scene, candidates)
-        check_term(term, window)
-        with self._current():
+        with self._drawing(scene, candidates):
+            check_term(term, window)
             check_classes(self._scenes.get(scene).highest_class, term)
-            self._set_state(scene.cull)
             return self._path.measure(scene, candidates, camera, window, term)
 
     def picture(
@@ -143,9 +137,7 @@ class OpenGLRenderer:
         list of (H, W, 3) uint8
             RGB, the background black.
         """
-        check_weights(scene, candidates)
-        with self._current():
-            self._set_state(scene.cull)
+        with self._drawing(scene, candidates):
             canvas = targets.Canvas(self.gl, window.drawn, samples)
             try:
                 return [
@@ -166,25 +158,24 @@ class OpenGLRenderer:
         self.gl.close()
 
     @contextmanager
-    def _current(self) -> Iterator[None]:
+    def _drawing(self, scene: Scene, candidates: Candidates) -> Iterator[None]:
         """The scope of GL calls; a lost context or full memory must not pass for empty pictures."""
+        check_weights(scene, candidates)
         if not self._open:
             raise OpenGLError("the renderer is closed", "open another one")
         with self.gl.current():
+            ctx = self.gl.ctx
             try:
+                ctx.enable_only(moderngl.DEPTH_TEST | (moderngl.CULL_FACE if scene.cull else 0))
+                ctx.depth_func = "<"
+                ctx.front_face = "cw"  # see Camera.clip_matrix
+                ctx.cull_face = "back"
                 yield
             except moderngl.Error as error:
                 raise _failed(" ".join(str(error).split())) from error
-            found = self.gl.ctx.error
+            found = ctx.error
             if found != "GL_NO_ERROR":
                 raise _failed(found)
-
-    def _set_state(self, cull: bool) -> None:
-        ctx = self.gl.ctx
-        ctx.enable_only(moderngl.DEPTH_TEST | (moderngl.CULL_FACE if cull else moderngl.NOTHING))
-        ctx.depth_func = "<"
-        ctx.front_face = "cw"  # see Camera.clip_matrix
-        ctx.cull_face = "back"
 
 
 def _failed(said: str) -> OpenGLError:
