@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,9 +28,10 @@ from abs_engine.dataset.codec import (
 )
 from abs_engine.dataset.picture import write_picture
 from abs_engine.io.assets import Speaker
+from abs_engine.io.naming import WHOLE
 from abs_engine.io.npz import read_npz
 from abs_engine.studio.people.lip_contact import widest_gap
-from abs_engine.studio.plan import ClipPlan
+from abs_engine.studio.plan import ClipPlan, load
 from abs_engine.studio.take import Posed, Shot, Take
 
 FORMAT, VERSION = "abs_engine.chunk", 1
@@ -65,56 +67,53 @@ def jobs_of(plans: list[tuple[int, int]]) -> list[Job]:
     ]
 
 
-def film_chunk(
-    take: Take,
-    job: Job,
-    plan: ClipPlan,
-    speaker: Speaker,
-    folder: Path,
-    labels: tuple[str, ...],
-    waiting: Path,
-    advance: Callable[[], None],
-) -> None:
-    """Film a chunk and write it.
+class Filmer:
+    """Films chunks into a journal's folder, the last one's camera kept running.
 
-    Parameters
-    ----------
-    take : Take
-        Of the job's clip and camera.
-    folder : Path
-        Of the data set in the making.
-    labels : tuple of str
-        Which of normals, albedo and flow are wanted.
-    waiting : Path
-        Folder of the chunks' numbers.
-    advance : callable
-        Called after every frame.
-
-    Raises
-    ------
-    OSError
-        If something cannot be written.
-    StudioError
-        If the drawing process ends.
+    Labels are those of normals, albedo and flow that are wanted.
     """
-    first = job.chunk * CHUNK
-    last = min(first + CHUNK, len(plan))
-    clip = folder / plan.name
-    camera = clip / plan.views[job.view].name
-    make_folders(camera, labels, cover=plan.occluders)
-    before = take.clock.seconds.copy()
-    gather = _Gatherer(speaker, plan, job.view == 0)
-    for frame, (now, shot) in enumerate(take.film(first, last), start=first):
-        with take.clock.part("png"):
-            write_shot(camera, frame, shot, cover=plan.occluders)
-        with take.clock.part("gap"):
-            gather.add(now, shot)
-        advance()
-    with take.clock.part("vertices"):
-        if job.view == 0:
-            write_chunk(clip, first, np.array(gather.offsets))
-    parts = {k: v - before[k] for k, v in take.clock.seconds.items()}
-    _leave(waiting / job.name, gather.arrays(), parts)
+
+    def __init__(self, work: Path, speaker: Speaker, labels: tuple[str, ...]) -> None:
+        self._work, self._speaker, self._labels = work, speaker, labels
+        self._takes = ExitStack()
+        self._at: tuple[int, int] | None = None
+
+    def film(self, job: Job, advance: Callable[[], None]) -> None:
+        """Film a chunk and write it; `advance` is called after every frame.
+
+        Raises `OSError` if something cannot be written, `StudioError` if the drawing process ends.
+        """
+        if self._at != (job.clip, job.view):
+            self._takes.close()
+            self._plan = load(self._work / "plans" / f"{job.clip:05d}.npz")
+            self._take = self._takes.enter_context(
+                Take(self._speaker, self._plan, job.view, self._labels)
+            )
+            self._at = job.clip, job.view
+        take, plan, first = self._take, self._plan, job.chunk * CHUNK
+        clip = self._work / WHOLE / plan.name
+        camera = clip / plan.views[job.view].name
+        make_folders(camera, self._labels, cover=plan.occluders)
+        before = take.clock.seconds.copy()
+        gather = _Gatherer(self._speaker, plan, job.view == 0)
+        shots = take.film(first, min(first + CHUNK, len(plan)))
+        for frame, (now, shot) in enumerate(shots, start=first):
+            with take.clock.part("png"):
+                write_shot(camera, frame, shot, cover=plan.occluders)
+            with take.clock.part("gap"):
+                gather.add(now, shot)
+            advance()
+        with take.clock.part("vertices"):
+            if job.view == 0:
+                write_chunk(clip, first, np.array(gather.offsets))
+        parts = {k: v - before[k] for k, v in take.clock.seconds.items()}
+        _leave(self._work / "chunks" / job.name, gather.arrays(), parts)
+
+    def __enter__(self) -> Filmer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._takes.close()
 
 
 def make_folders(camera: Path, labels: tuple[str, ...], *, cover: bool) -> None:

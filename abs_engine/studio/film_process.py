@@ -15,8 +15,7 @@ from typing import Any, TextIO
 from abs_engine.core.errors import AbsEngineError, OutputError
 from abs_engine.io.assets import load_speaker
 from abs_engine.io.files import unwritable
-from abs_engine.studio.chunk import Job
-from abs_engine.studio.pool import Filmer
+from abs_engine.studio.chunk import Filmer, Job
 
 
 def main(words: list[str]) -> None:

@@ -12,11 +12,11 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.dataset import ClipEntry
 from abs_engine.dataset.codec import CHUNK, SCENE
 from abs_engine.io.assets import Speaker
-from abs_engine.studio.chunk import Job, jobs_of
+from abs_engine.studio.chunk import Filmer, Job, jobs_of
 from abs_engine.studio.finish import add_seconds, clip_entry, finish_clip, finish_dataset
 from abs_engine.studio.journal import Journal
 from abs_engine.studio.plan import ClipPlan, load, store
-from abs_engine.studio.pool import film_apart, film_here
+from abs_engine.studio.pool import film_apart
 
 Progress = Callable[[int, int], None]
 
@@ -124,7 +124,7 @@ def make(
             jobs = jobs_of([(clip.frames, len(clip.cameras)) for clip in clips])
             left = [job for job in jobs if not journal.done(job.name)]
             count = _Count(crew.filming, _frames(left, clips))
-            _film(left, journal, speaker, order.labels, count, crew)
+            _film(left, journal, speaker, order.labels, crew, count)
             seconds = _finish(jobs, clips, journal, speaker, order, crew)
             made = journal.finish()
         except BaseException:
@@ -171,14 +171,17 @@ def _film(
     journal: Journal,
     speaker: Speaker,
     labels: tuple[str, ...],
-    count: _Count,
     crew: Crew,
+    count: _Count,
 ) -> None:
+    """Film chunks, by several processes or here, one after the other."""
     processes = min(crew.processes or _cores(), len(jobs))
     if processes > 1:
         film_apart(jobs, journal, speaker, labels, count, processes)
     elif jobs:
-        film_here(jobs, journal, speaker, labels, count)
+        with Filmer(journal.partial, speaker, labels) as filmer:
+            for job in jobs:
+                filmer.film(job, count)
 
 
 def _cores() -> int:

@@ -1,4 +1,4 @@
-"""Films chunks, in this process or in several of their own."""
+"""Films chunks in several processes."""
 
 from __future__ import annotations
 
@@ -18,66 +18,11 @@ from abs_engine.core import errors
 from abs_engine.core.errors import StudioError
 from abs_engine.core.foreign import last_words
 from abs_engine.io.assets import Speaker
-from abs_engine.io.naming import WHOLE
-from abs_engine.studio.chunk import Job, film_chunk
+from abs_engine.studio.chunk import Job
 from abs_engine.studio.journal import Journal
-from abs_engine.studio.plan import load
-from abs_engine.studio.take import Take
 
 Advance = Callable[[], None]
 _REMEDY = "free some memory, or film with fewer processes; the same command continues"
-
-
-def film_here(
-    jobs: list[Job], journal: Journal, speaker: Speaker, labels: tuple[str, ...], advance: Advance
-) -> None:
-    """Film chunks one after the other in this process.
-
-    Raises
-    ------
-    StudioError
-        If pyrender cannot draw on this machine.
-    OSError
-        If something cannot be written.
-    """
-    with Filmer(journal.partial, speaker, labels) as filmer:
-        for job in jobs:
-            filmer.film(job, advance)
-
-
-class Filmer:
-    """Films chunks and keeps the camera of the last one running; a context manager.
-
-    Parameters
-    ----------
-    work : Path
-        Folder of the journal.
-    """
-
-    def __init__(self, work: Path, speaker: Speaker, labels: tuple[str, ...]) -> None:
-        self._work, self._speaker, self._labels = work, speaker, labels
-        self._takes = ExitStack()
-        self._at: tuple[int, int] | None = None
-
-    def film(self, job: Job, advance: Advance) -> None:
-        """Film a chunk and write it."""
-        if self._at != (job.clip, job.view):
-            self._takes.close()
-            self._plan = load(self._work / "plans" / f"{job.clip:05d}.npz")
-            self._take = self._takes.enter_context(
-                Take(self._speaker, self._plan, job.view, self._labels)
-            )
-            self._at = job.clip, job.view
-        film_chunk(
-            self._take, job, self._plan, self._speaker, self._work / WHOLE, self._labels,
-            self._work / "chunks", advance,
-        )  # fmt: skip
-
-    def __enter__(self) -> Filmer:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._takes.close()
 
 
 def film_apart(

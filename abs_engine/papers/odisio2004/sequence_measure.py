@@ -107,14 +107,8 @@ def by_articulation(
 ) -> TalkingFace:
     """The face with as many points of la_lin, chosen by what articulation makes of them alone.
 
-    Parameters
-    ----------
-    speech : Speech
-        The corpus that `face` was learned from, all of it.
-    spacing : float, mm
-        Least distance between points; the paper has none.
-    whiten : bool
-        As of `choose_points`; the paper does not.
+    It was learned from all of the corpus. `spacing` is the least distance of points, mm, and
+    `whiten` is as of `choose_points`; the paper has neither.
     """
     shape, seen = face.shape, speech.sightings(range(len(speech.pictures)))
     every = learn_local(
