@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.scenefile import ClipEntry
-from abs_engine.studio.sequence import Performance, check_length, expression, utter
+from abs_engine.studio.sequence import check_length, expression, utter
 from abs_engine.studio.speech import (
     Speech,
     articulate,
@@ -36,7 +36,7 @@ def perform(
     rate: float,
     folder: Path,
     rng: np.random.Generator,
-) -> Performance:
+) -> Speech:
     """Work out what is said in a clip.
 
     Parameters
@@ -86,19 +86,20 @@ def _check(entry: ClipEntry, where: str) -> None:
 
 def _say(
     entry: ClipEntry, speaker: Speaker, neutral: NDArray[np.float32], rate: float, folder: Path
-) -> Performance:
+) -> Speech:
     if entry.say is not None:
         text = " ".join(entry.say.split())
         utterance = parse_phonemes(text, entry.alphabet)
         _warn_of_words(text, entry)
-        return _spoken(text, articulate(speaker, neutral, utterance, rate))
+        return replace(articulate(speaker, neutral, utterance, rate), text=text)
     if entry.textgrid is not None:
         utterance = read_textgrid(folder / entry.textgrid, entry.tier)
         text = " ".join(segment.phoneme.label for segment in utterance.segments)
-        return _spoken(text, articulate(speaker, neutral, utterance, rate))
+        return replace(articulate(speaker, neutral, utterance, rate), text=text)
     if entry.arkit is not None:
         recording = read_livelink(folder / entry.arkit)
-        return _spoken("(recording)", play_recording(recording, speaker.unit_names, rate))
+        played = play_recording(recording, speaker.unit_names, rate)
+        return replace(played, text="(recording)")
     text = DEFAULT_SENTENCE if entry.sentence is None else entry.sentence
     frames = None if entry.frames is None else max(1, entry.frames // entry.repeat)
     return utter(text, speaker, neutral, rate, frames)
@@ -117,7 +118,7 @@ def _warn_of_words(text: str, entry: ClipEntry) -> None:
         )  # fmt: skip
 
 
-def _cut(said: Performance, frames: int, rate: float, still: str, where: str) -> Performance:
+def _cut(said: Speech, frames: int, rate: float, still: str, where: str) -> Speech:
     """The same with a number of frames; warns of speech that is lost, and the text tells of it."""
     made = fitted(said, frames, rate, still)
     before, after = _sounds(said), _sounds(made)
@@ -130,11 +131,11 @@ def _cut(said: Performance, frames: int, rate: float, still: str, where: str) ->
     return made
 
 
-def _sounds(said: Performance) -> int:
+def _sounds(said: Speech) -> int:
     return sum(label != PAUSE.label for label, _, _ in said.intervals)
 
 
-def _warn_of_short(said: Performance, rate: float, where: str) -> None:
+def _warn_of_short(said: Speech, rate: float, where: str) -> None:
     """Say how many p, b and m no frame is labelled with, as they fall between two frames."""
     closures = [(a, b) for label, a, b in said.intervals if label[0] in "pbm"]
     short = sum(bool(np.ceil(a * rate) >= np.ceil(b * rate)) for a, b in closures)
@@ -145,11 +146,7 @@ def _warn_of_short(said: Performance, rate: float, where: str) -> None:
         )  # fmt: skip
 
 
-def _spoken(text: str, speech: Speech) -> Performance:
-    return Performance(text, speech.weights, speech.phonemes, speech.intervals, speech.head)
-
-
-def repeated(said: Performance, times: int, rate: float) -> Performance:
+def repeated(said: Speech, times: int, rate: float) -> Speech:
     """The same said several times over."""
     if times == 1:
         return said
@@ -160,14 +157,17 @@ def repeated(said: Performance, times: int, rate: float) -> Performance:
         for label, start, end in said.intervals
         if start < length
     )
-    turns = None if said.turns is None else np.tile(said.turns, (times, 1))
-    weights = np.tile(said.weights, (times, 1))
     return replace(
-        said, weights=weights, phonemes=said.phonemes * times, intervals=intervals, turns=turns
+        said,
+        weights=np.tile(said.weights, (times, 1)),
+        phonemes=said.phonemes * times,
+        intervals=intervals,
+        head=None if said.head is None else np.tile(said.head, (times, 1)),
+        contacts=(),
     )
 
 
-def fitted(said: Performance, frames: int, rate: float, still: str) -> Performance:
+def fitted(said: Speech, frames: int, rate: float, still: str) -> Speech:
     """The same cut to a number of frames, or held at its end.
 
     What begins after the last frame of a cut is left out: none of it is filmed. What was said has
@@ -187,5 +187,6 @@ def fitted(said: Performance, frames: int, rate: float, still: str) -> Performan
         weights=said.weights[take],
         phonemes=phonemes + (still if cut else phonemes[-1],) * held,
         intervals=tuple(cut),
-        turns=None if said.turns is None else said.turns[take],
+        head=None if said.head is None else said.head[take],
+        contacts=(),
     )

@@ -60,7 +60,7 @@ def plan_clip(
     said = perform(entry, speaker, person.neutral, scene.rate, folder, rng)
     times = np.arange(len(said.weights)) / scene.rate
     events = pick("event", scene.event, entry.events, where)
-    heads = head_poses(entry.motion, times, rng, said.turns, _leaving(events, times))
+    heads = head_poses(entry.motion, times, rng, said.head, _leaving(events, times))
     rotations, translations = vectors(heads)
     lamps = pick("light", scene.light, entry.lights, where)
     for lamp in lamps:

@@ -14,6 +14,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.face.schema import Pair, Unit, units_of
 from abs_engine.io.assets import Speaker
+from abs_engine.studio.speech.articulate import Speech
 from abs_engine.studio.speech.contact import ContactSolver
 from abs_engine.studio.speech.lips import Lips
 from abs_engine.studio.visemes import Viseme, parse
@@ -63,38 +64,14 @@ class Sequence:
         return Pose.from_vectors(self.rotations[frame], self.translations[frame])
 
 
-@dataclass(frozen=True, eq=False)
-class Performance:
-    """Face units and speech, frame by frame.
-
-    Parameters
-    ----------
-    text : str
-        What is said, as the scene file has it, and whether it is cut.
-    weights : (T, 52) float64
-    phonemes : tuple of str
-        One for each frame; of a sentence of visemes, the nearest viseme.
-    intervals : tuple of (str, float, float)
-        Label, start and end in seconds.
-    turns : (T, 3) float64, optional
-        Rotation vectors of a recorded head, head frame at rest.
-    """
-
-    text: str
-    weights: FloatArray
-    phonemes: tuple[str, ...]
-    intervals: tuple[tuple[str, float, float], ...]
-    turns: FloatArray | None = None
-
-
 def utter(
     text: str,
     speaker: Speaker,
     neutral: NDArray[np.floating],
     rate: float,
     frames: int | None = None,
-) -> Performance:
-    """Face units of a sentence of visemes of a person.
+) -> Speech:
+    """Face units of a sentence of visemes of a person with neutral vertices (V, 3), mm.
 
     Parameters
     ----------
@@ -135,7 +112,7 @@ def utter(
         if viseme.name in "pbm" and np.ceil(start * rate) >= np.ceil(end * rate):
             nearest = np.abs(times - (start + end) / 2).argmin()
             weights[nearest] = viseme.weights(speaker.unit_names)
-    return Performance(text, weights, _nearest(visemes, spoken), intervals)
+    return Speech(weights, _nearest(visemes, spoken), intervals, rate, text=text)
 
 
 def _at_teeth(viseme: Viseme, speaker: Speaker, neutral: NDArray[np.floating]) -> Viseme:

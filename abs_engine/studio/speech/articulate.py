@@ -27,7 +27,8 @@ class Speech:
     weights : (T, 52) float64
         Face-unit weights from 0 to 1, in the speaker's order; frame k is at k / rate seconds.
     phonemes : tuple of str
-        Label of each frame, T; '_' for a pause and for a recording without labels.
+        Label of each frame, T; '_' for a pause and for a recording without labels. Of a sentence of
+        visemes, the nearest one.
     intervals : tuple of (str, float, float)
         Labels in the IPA, '_' for a pause, with start and end in seconds; empty for a recording.
     rate : float
@@ -35,7 +36,10 @@ class Speech:
     head : (T, 3) float64, optional
         Rotation vectors, radians, of the head about its own axes away from facing straight on.
     contacts : tuple of Contact
-        When the lips are held closed (p, b, m), or the lower lip at the upper teeth (f, v).
+        When the lips are held closed (p, b, m), or the lower lip at the upper teeth (f, v); none
+        where what is said was repeated or cut.
+    text : str
+        What is said, as the scene file has it, and whether it is cut.
     """
 
     weights: FloatArray
@@ -44,6 +48,7 @@ class Speech:
     rate: float
     head: FloatArray | None = None
     contacts: tuple[Contact, ...] = ()
+    text: str = ""
 
     def __len__(self) -> int:
         """Return the number of frames, T."""
