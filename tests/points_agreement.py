@@ -186,7 +186,12 @@ def faces(folder: Path, names: list[str]) -> None:
     with open_renderer("cpu") as renderer:
         if not names or "true" in names:
             shape = face_shape(speaker, spoken, whole, person)
-            true = learn_face(shape, sightings(shape, seen, whole.alpha), seen.camera, renderer)
+            true = learn_face(
+                shape,
+                sightings(shape, seen.pictures, seen.poses, whole.alpha),
+                seen.camera,
+                renderer,
+            )
             save_talking(folder / "true.face", true, person, checksum(speaker))
         bare = measured_face(speaker, whole)
         if not names or "bare" in names:

@@ -93,7 +93,9 @@ def talking(tmp_path_factory):
         noisy = picture + grain.normal(0, 2, picture.shape)
         pictures.append(np.clip(noisy, 0, 255).astype(np.uint8))
     seen = VisemePictures(names, np.stack(pictures), heads, (pose,) * len(names), camera)
-    face = learn_face(shape, sightings(shape, seen, alpha), camera, RENDERER, count=20)
+    face = learn_face(
+        shape, sightings(shape, seen.pictures, seen.poses, alpha), camera, RENDERER, count=20
+    )
     path = tmp_path_factory.mktemp("face") / "face.npz"
     save_talking(path, face, PERSON, checksum(speaker))
     return path

@@ -131,30 +131,17 @@ def convergence_figure(
         ("after iteration 1", one.x),
         (f"{how} after {last.n_iterations}", last.x),
     ]
-    wired = [
-        _wired(lips, close, image, renderer, pose, _nodes(lips, problem, x), name, truth)
-        for name, x in shown
-    ]
+
+    def wired(nodes: FloatArray, name: str) -> Image:
+        tile = close.wired(image, renderer, lips.model.shell, nodes, pose)
+        return _told(tile, f"{name}: {lip_error(nodes, truth):.2f} mm")
+
+    first, *further = [wired(_nodes(lips, problem, x), name) for name, x in shown]
     dark = close.grey(_maps(lips, close, picture)[1][CLASSES.index("lips")])
     pulled = _told(_forced(dark, close, lips, problem, start), "smoothed lip PDF, forces")
     fit = fit_frame(setting, picture, pose, lips.starts)
-    ours = _wired(lips, close, image, renderer, pose, fit.nodes, "from typical shapes", truth)
-    return sheet([_told(image, "image"), wired[0], pulled, *wired[1:], ours], 3)
-
-
-def _wired(
-    lips: TrainedLips,
-    close: CloseUp,
-    tile: Image,
-    renderer: Renderer,
-    pose: Pose,
-    nodes: FloatArray,
-    name: str,
-    truth: FloatArray,
-) -> Image:
-    """A tile with a shape over it, its name, and its error."""
-    text = f"{name}: {lip_error(nodes, truth):.2f} mm"
-    return _told(close.wired(tile, renderer, lips.model.shell, nodes, pose), text)
+    ours = wired(fit.nodes, "from typical shapes")
+    return sheet([_told(image, "image"), first, pulled, *further, ours], 3)
 
 
 def _nodes(lips: TrainedLips, problem: Problem, x: FloatArray) -> FloatArray:

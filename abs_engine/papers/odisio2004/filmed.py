@@ -150,15 +150,11 @@ def split(count: int, seed: int = 0, share: float = 0.8) -> tuple[IntArray, IntA
     return np.sort(order[:cut]), np.sort(order[cut:])
 
 
-def sightings(shape: FaceShape, pictures: VisemePictures, alpha: FloatArray) -> list[Sighting]:
-    """Pictures with the geometry that the articulatory model gives them.
-
-    Parameters
-    ----------
-    alpha : (V, P) float64
-        Parameters of the visemes.
-    """
+def sightings(
+    shape: FaceShape, pictures: NDArray[np.uint8], poses: Several[Pose], alpha: FloatArray
+) -> list[Sighting]:
+    """Pictures with the geometry that the articulatory model gives them at parameters (V, P)."""
     return [
         Sighting(picture, shape.scene.vertices(row), pose, row)
-        for picture, pose, row in zip(pictures.pictures, pictures.poses, alpha, strict=True)
+        for picture, pose, row in zip(pictures, poses, alpha, strict=True)
     ]

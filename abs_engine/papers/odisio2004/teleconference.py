@@ -14,12 +14,11 @@ from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
 from abs_engine.face.appearance.information import choose_informative, information
 from abs_engine.face.appearance.local_learning import learn_local
 from abs_engine.face.appearance.texture import learn_texture
-from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.talking import TalkingFace
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.settings import LEARNING
-from abs_engine.papers.odisio2004.filmed import SIZE
+from abs_engine.papers.odisio2004.filmed import SIZE, sightings
 from abs_engine.papers.odisio2004.gathered import Report
 from abs_engine.papers.odisio2004.sentences_figures import curves_figure
 from abs_engine.papers.odisio2004.sentences_filmed import Filmed, cut, film_plan, plan_sentence
@@ -76,10 +75,7 @@ def learn_at_once(
         Vertices at their centres.
     """
     alpha = shape.invert(filmed.points)
-    seen = [
-        Sighting(picture, shape.scene.vertices(row), pose, row)
-        for picture, row, pose in zip(filmed.pictures, alpha, filmed.poses, strict=True)
-    ]
+    seen = sightings(shape, filmed.pictures, filmed.poses, alpha)
     scene, camera = shape.scene, filmed.camera
     atlas = lay_atlas(scene, fitting_size(scene, camera, filmed.poses[0]), renderer)
     first = replace(seen[0], parameters=np.zeros(0))

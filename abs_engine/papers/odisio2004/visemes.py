@@ -60,7 +60,8 @@ class Speech:
 
     def sightings(self, which: Iterable[int]) -> list[Sighting]:
         """Some of the pictures, with the model's geometry of them."""
-        every = sightings(self.shape, self.pictures, self.built.alpha)
+        seen = self.pictures
+        every = sightings(self.shape, seen.pictures, seen.poses, self.built.alpha)
         return [every[k] for k in which]
 
     def learn(self, which: Iterable[int], renderer: Renderer) -> TalkingFace:
