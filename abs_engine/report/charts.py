@@ -48,8 +48,7 @@ def lip_chart(data: ReportData) -> Figure | None:
     first = 2 if said else 1
     for row, quantity in enumerate(rows, first):
         if quantity.key in true:
-            stroke = _stroke(colours.truth_stroke())
-            _line(figure, row, data.times, true[quantity.key], "truth", stroke)
+            _line(figure, row, data, true[quantity.key], "truth", colours.truth_stroke())
         for number, system in enumerate(data.systems):
             if quantity.key in system.curves:
                 _series(figure, row, data, system.curves[quantity.key], number)
@@ -162,8 +161,8 @@ def _series(figure: Figure, row: int, data: ReportData, series: Series, number: 
             fillcolor=f"rgba({red},{green},{blue},0.18)",
         )  # fmt: skip
         figure.add_trace(band, row=row, col=1)
-    stroke = _stroke(colours.system_stroke(number))
-    _line(figure, row, data.times, series.values, data.systems[number].name, stroke)
+    name, stroke = data.systems[number].name, colours.system_stroke(number)
+    _line(figure, row, data, series.values, name, stroke)
 
 
 def _outline(times: FloatArray, lower: FloatArray, upper: FloatArray) -> tuple[_Line, _Line]:
@@ -184,21 +183,18 @@ def _joined(parts: Sequence[ArrayLike]) -> _Line:
     return np.concatenate([np.zeros(0), *parts]).astype(np.float32)
 
 
-def _stroke(stroke: colours.Stroke) -> dict[str, Any]:
-    return {"color": stroke.colour, "width": stroke.width, "dash": stroke.dash}
-
-
 def _line(
     figure: Figure,
     row: int,
-    times: FloatArray,
+    data: ReportData,
     values: FloatArray,
     name: str,
-    line: dict[str, Any],
+    stroke: colours.Stroke,
 ) -> None:
     trace = Scatter(
-        x=times.astype(np.float32), y=values.astype(np.float32), name=name, mode="lines",
-        line=line, hovertemplate="%{y:.2f}",
+        x=data.times.astype(np.float32), y=values.astype(np.float32), name=name, mode="lines",
+        line={"color": stroke.colour, "width": stroke.width, "dash": stroke.dash},
+        hovertemplate="%{y:.2f}",
     )  # fmt: skip
     figure.add_trace(trace, row=row, col=1)
 
