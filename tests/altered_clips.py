@@ -29,6 +29,7 @@ from abs_engine.tracking.record import load_run
 
 Image = NDArray[np.uint8]
 GRAIN = np.random.default_rng(0)
+BLACK = (0, 0, 0)
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,13 @@ def infrared(image: Image) -> Image:
     return toned(np.repeat(image[..., :1], 3, 2), [1.0, 0.8, 1.0])
 
 
+def tinted(image: Image, *colours: tuple[int, int, int]) -> Image:
+    """The picture in colours that its luminance alone decides, from dark to light at even steps."""
+    levels, steps = np.arange(256), np.linspace(0, 255, len(colours))
+    table = np.stack([np.interp(levels, steps, one) for one in zip(*colours, strict=True)], 1)
+    return np.uint8(np.rint(table))[cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)]
+
+
 def rolled(image: Image) -> Image:
     """The picture turned by 28 degrees, whole."""
     height, width = image.shape[:2]
@@ -90,6 +98,11 @@ WAYS = {
     "warm": Way(lambda image: toned(image, [1.25, 0.95, 0.6])),
     "grey": Way(grey),
     "infrared": Way(infrared),
+    "night": Way(lambda image: tinted(image, BLACK, (20, 150, 30), (60, 255, 80), (190, 255, 190))),
+    "duotone": Way(lambda image: tinted(image, (10, 20, 80), (255, 160, 60))),
+    "blued": Way(lambda image: tinted(image, BLACK, (60, 110, 255))),
+    "darkroom": Way(lambda image: toned(np.repeat(image[..., :1], 3, 2), [1.0, 0.15, 0.1])),
+    "amber": Way(lambda image: tinted(image, BLACK, (255, 176, 10))),
 }
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.settings import GENERAL
+from abs_engine.face.appearance.one_tint import untinted
 from abs_engine.tracking.network import Network
 from abs_engine.tracking.settings.detection import DETECTION
 
@@ -126,6 +127,7 @@ def _looked_at(
     part = image[int(first[1]) : int(last[1]), int(first[0]) : int(last[0])]
     if not part.size:
         return []
+    part = untinted(part)
     corner = centre - side / 2.0
     place = np.array([[scale, 0.0, 0.0], [0.0, scale, 0.0]])
     place[:, 2] = 0.5 * scale - 0.5 + scale * (first - corner)

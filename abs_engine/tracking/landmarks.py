@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.threads import in_threads
+from abs_engine.face.appearance.one_tint import untinted
 from abs_engine.io.assets import shipped
 from abs_engine.tracking.attention_mesh import SIDE, seen_mesh
 from abs_engine.tracking.face_detection import MARKS, Face
@@ -210,7 +211,7 @@ def _cut(image: Image, matrix: FloatArray, step: float) -> Image:
     low, high = _bounds(matrix, image.shape)
     if (high <= low).any():
         return np.zeros((SIDE, SIDE, 3), np.uint8)
-    part = image[low[1] : high[1], low[0] : high[0]]
+    part = untinted(image[low[1] : high[1], low[0] : high[0]])
     return square_of(part, matrix, low, step, SIDE, cv2.BORDER_CONSTANT)
 
 

@@ -2,6 +2,7 @@
 
 What counts is not how colourful a picture is but whether its chroma says more than its luminance
 does: the tint of a sepia picture is a function of luminance, compression adds a little noise.
+Strong tints are known by `one_tint`.
 """
 
 from __future__ import annotations
@@ -13,17 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
+from abs_engine.face.appearance.one_tint import TO_CHROMA, in_one_tint, off_tint
 from abs_engine.face.settings.colour import COLOURS
+from abs_engine.face.settings.tint import TINT
 
 _FEWEST = 4 * COLOURS.luminance_levels  # cells of a face
-_BY_CHROMA = np.array([[-0.169, -0.331, 0.5], [0.5, -0.419, -0.081], [0.299, 0.587, 0.114]])
 
 
 def chroma_spread(image: NDArray[np.uint8], outline: FloatArray) -> float | None:
     """RMS of a face's chroma about what its luminance tells of it, levels of 255.
 
     A dark face's is divided by how dark it is, since the same skin shows less chroma in less light.
-    What coding adds does not shrink with it, so the divisor has a lower limit.
+    What coding adds does not shrink with it, so the divisor has a lower limit. A picture in one
+    strong tint has none: there chroma that is coarser than luminance is far off at edges.
 
     Parameters
     ----------
@@ -51,7 +54,12 @@ def chroma_spread(image: NDArray[np.uint8], outline: FloatArray) -> float | None
     kept = cv2.erode(inside, np.ones((3, 3), np.uint8)) > 0
     if np.count_nonzero(kept) < _FEWEST:
         return None
-    seen = _BY_CHROMA @ cells[kept].astype(np.float64).T
+    if off_tint(cells[kept]) < TINT.most_off_face:
+        margin = np.rint(TINT.around * (high - low)).astype(int)
+        first, last = np.maximum(low - margin, 0), high + margin
+        if in_one_tint(image[first[1] : last[1], first[0] : last[0]]):
+            return 0.0
+    seen = TO_CHROMA @ cells[kept].astype(np.float64).T
     blue, red, luminance = seen
     of_blue, of_red, at = _medians(seen[:, np.argsort(luminance, kind="stable")])
     away = [blue - np.interp(luminance, at, of_blue), red - np.interp(luminance, at, of_red)]

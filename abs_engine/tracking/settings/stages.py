@@ -20,6 +20,7 @@ from abs_engine.face.settings.appearance import (
 )
 from abs_engine.face.settings.colour import COLOURS, ColourSettings
 from abs_engine.face.settings.shape import SHAPE, ShapeSettings
+from abs_engine.face.settings.tint import TINT, TintSettings
 from abs_engine.fit.settings import (
     BELIEF,
     HEAD_FIT,
@@ -68,6 +69,8 @@ class Settings:
         How people differ, and how mouths move.
     colours : ColourSettings
         Colour classes.
+    tint : TintSettings
+        Pictures in one strong tint.
     appearance : AppearanceSettings
         Textures and local appearance.
     shading : ShadingSettings
@@ -96,6 +99,7 @@ class Settings:
     preparation: PreparationSettings = PREPARATION
     shape: ShapeSettings = SHAPE
     colours: ColourSettings = COLOURS
+    tint: TintSettings = TINT
     appearance: AppearanceSettings = APPEARANCE
     shading: ShadingSettings = SHADING
     comparison: CompareSettings = COMPARISON
