@@ -64,7 +64,7 @@ def test_pictures_in_colour_stay_as_they_are(person, light):
     assert chroma_spread(lit, seen.pixels) > 0
 
 
-@pytest.mark.parametrize("person", ["clara", "kofi", "mei", "ravi", "amara"])
+@pytest.mark.parametrize("person", ["clara", "kofi", "mei", "amara"])
 def test_lips_in_warm_light_have_colour(person):
     """Drawn skin has little texture, so the skin alone could be in one tint."""
     image, seen = face(person)

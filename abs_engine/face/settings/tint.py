@@ -34,9 +34,10 @@ class TintSettings:
         RMS distance of the colours from the curve, below which they are of one tint. Measured, for
         CRF 18: up to 2.0 in tinted clips; in colour 2.7 and more, in `warm` and `blue` light, too.
     most_off_face : float, levels of 255
-        The same of the face alone, where all cells count, as lips are few. Measured: up to 2.7 in
-        tinted clips, but 3.9 in p03, 128 pixels wide; 2.9 and more in five of six drawn heads in
-        `warm` light, whose skin has less texture than people's, and 2.6 in one.
+        The same of the face alone, where all cells count, as lips are few. Measured: up to 2.0 in
+        tinted clips, but 3.5 in p13 and 3.9 in p03, 128 pixels wide, in green; of drawn heads in
+        `warm` light, whose skin has less texture than people's, 4.3 and more in three of six, but
+        3.0, 2.9 and 2.6 in the others.
     most_share : float, share of the tint's RMS chroma
         That this distance is below, too: faded colours are no tint. Measured: up to 0.038 in tinted
         clips, but 0.05 in p03, 128 pixels wide, in navy and orange; in colour 0.055 and more.
@@ -51,7 +52,7 @@ class TintSettings:
     luminance_unsure: float = 2.5
     stray: float = 0.05
     most_off: float = 2.3
-    most_off_face: float = 2.8
+    most_off_face: float = 3.6
     most_share: float = 0.045
     around: float = 0.25
 
