@@ -9,9 +9,8 @@ from dataclasses import dataclass
 class TintSettings:
     """Settings of the test for pictures in one strong tint.
 
-    Chosen on p01 to p08 of the strangers' clips and GRID's, six frames each, in five tints (those
-    of `tests/altered_clips.py` from night to amber) coded by x264 with CRF 18; p09 to p16 checked
-    them. Figures are of all.
+    Chosen on the strangers' clips and GRID's, six frames each, in five tints (those of
+    `tests/altered_clips.py` from night to amber) coded by x264 with CRF 18. None was held back.
 
     Attributes
     ----------
