@@ -77,7 +77,7 @@ def test_a_lip_that_ends_nowhere_is_named():
 @pytest.mark.parametrize(("person", "cut"), [("kofi", 1.0), ("clara", 0.35)])
 def test_the_drawn_lips_stand_out_of_the_chords_as_the_heads_do(person, cut):
     model, heads = model_of(person)
-    truth = BESIDES.nodes(heads)[:, INSIDE * COLUMNS :]
+    truth = BESIDES.at(heads)[:, INSIDE * COLUMNS :]
     nodes = SHELL.nodes(heads)
     drawn = surface(model, nodes)[:, INSIDE * COLUMNS :]
     chords = nodes[:, :COLUMNS], nodes[:, COLUMNS : 2 * COLUMNS], nodes[:, 2 * COLUMNS :]
@@ -93,7 +93,7 @@ def test_the_drawn_lips_stand_out_of_the_chords_as_the_heads_do(person, cut):
 def test_where_the_lips_end_follows_as_it_does_on_the_head(person):
     """Kept at its distance from the inner ring, that edge is drawn half a millimetre off."""
     model, heads = model_of(person)
-    truth, nodes = BESIDES.nodes(heads)[:, :COLUMNS], SHELL.nodes(heads)
+    truth, nodes = BESIDES.at(heads)[:, :COLUMNS], SHELL.nodes(heads)
     edge = model.bulge[:COLUMNS]
     kept = edge + (nodes - model.physics.rest)[:, :COLUMNS]
     drawn = surface(model, nodes)[:, :COLUMNS]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.face.appearance.colour_features import CLASSES, EACH_LIP
-from abs_engine.face.appearance.colour_maps import ComparedColours, Palette
+from abs_engine.face.appearance.colour_maps import Palette
 from abs_engine.face.appearance.exposure import Exposure
 from abs_engine.face.appearance.mixture import Mixture
 from abs_engine.face.appearance.mouth_area import MouthPlace
@@ -46,7 +45,7 @@ LAYOUT: Layout = {
 
 
 @dataclass(frozen=True, eq=False)
-class ColourClasses:
+class ColourClasses(Palette):
     """Densities of skin, lips, teeth and the dark of the mouth in colour space.
 
     Of a video they are learned from, and applied to, pixels as `chroma.matched` gives them.
@@ -60,29 +59,24 @@ class ColourClasses:
         share 1.
     reference : float
         Luminance of the skin, 0 to 255.
+    chromatic : bool
+        Whether the clip is in colour: without it the classes differ in brightness alone.
+    mixed : int
+        How many of the skin's components, the last ones, are colours in which it mixes with lips; 0
+        in files written before this was kept, even where the skin has some.
     separability : mapping of str to float
         How probably a pixel of skin or of a lip is told right by its colour, 0.5 to 1, for each
         of `EACH_LIP`; empty where it was not measured.
     agreement : float
         By how much the aperture that these colours alone give grows where landmarks say that the
         mouth opens: about 1 where both are right; 1 where it was not measured.
-    chromatic : bool
-        Whether the clip is in colour: without it the classes differ in brightness alone.
     exposure : Exposure
         Of the face in the clip.
-    mixed : int
-        How many of the skin's components, the last ones, are colours in which it mixes with lips; 0
-        in files written before this was kept, even where the skin has some.
     """
 
-    mixtures: dict[str, Mixture]
-    priors: FloatArray
-    reference: float
     separability: Mapping[str, float] = field(default_factory=dict)
     agreement: float = 1.0
-    chromatic: bool = True
     exposure: Exposure = field(default_factory=Exposure)
-    mixed: int = 0
 
     @property
     def poor(self) -> bool:
@@ -133,14 +127,6 @@ class ColourClasses:
             belong to none.
         """
         return self.compared(image).probabilities(smoothing, place)
-
-    def compared(self, image: NDArray[np.generic]) -> ComparedColours:
-        """Pixels of an image (H, W, 3), RGB 0 to 255, beside every class: once for several maps."""
-        return self._palette.compared(image)
-
-    @cached_property
-    def _palette(self) -> Palette:
-        return Palette(self.mixtures, self.priors, self.reference, self.chromatic, self.mixed)
 
     def save(self, path: Path) -> None:
         """Write an ``.npz`` that `load` reads: for each class its weights, means, covariances.
@@ -204,7 +190,7 @@ class ColourClasses:
         fits = 0 <= mixed < len(mixtures["skin"].weights)
         if not (fits and all(mixture.sound for mixture in mixtures.values())):
             raise ValueError("the colour classes do not fit together")
-        return cls(mixtures, priors, reference, told, agreement, chromatic, exposure, mixed)
+        return cls(mixtures, priors, reference, chromatic, mixed, told, agreement, exposure)
 
 
 def usable(classes: ColourClasses | None, chromatic: bool) -> ColourClasses | None:

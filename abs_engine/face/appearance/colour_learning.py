@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.errors import FaceNotFoundError, TooFewPixelsError
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES, features
@@ -65,9 +65,7 @@ def learn_classes(
         If fewer than `COLOURS.least_pixels` are left for skin or lips.
     """
     prior, pixels = _chosen(images, places)
-    certain = prior[0] > COLOURS.certain * prior[0].max()
-    reference = float(np.median(luminance(pixels)[certain]))
-    samples = features(pixels, reference)
+    samples, reference, certain = sampled(prior, pixels)
     around, core = prior[0] > 0.5, prior[1] > COLOURS.core * prior[1].max()
     _enough("skin", prior[0] * around)
     _enough("lips", prior[1] * core)
@@ -153,9 +151,7 @@ def typical_classes(
         As by `learn_classes`.
     """
     prior, pixels = _chosen(images, places)
-    certain = prior[0] > COLOURS.certain * prior[0].max()
-    reference = float(np.median(luminance(pixels)[certain]))
-    samples = features(pixels, reference)
+    samples, reference, certain = sampled(prior, pixels)
     _enough("skin", prior[0] * certain)
     skin = skin_of(samples[certain], 1 if plain else COLOURS.skin_components)
     return assembled(skin, typical_lips(skin), inside_guess(skin), reference)
@@ -175,15 +171,29 @@ def assembled(skin: Mixture, lips: Mixture, inside: Mixture, reference: float) -
     return ColourClasses({c: parts[c] for c in CLASSES}, priors, reference)
 
 
+def placed(
+    images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Prior (K, N) and RGB values (N, 3) of pixels in any place, thinned, and which they are."""
+    prior = np.concatenate([p.reshape(len(p), -1) for p in places], axis=1)
+    pixels = np.concatenate([np.asarray(i, np.float64).reshape(-1, 3) for i in images])
+    keep = np.flatnonzero(prior.sum(axis=0) > COLOURS.least_place)
+    keep = keep[:: max(1, -(-len(keep) // COLOURS.most_pixels))]
+    return prior[:, keep], pixels[keep], keep
+
+
+def sampled(prior: FloatArray, pixels: FloatArray) -> tuple[FloatArray, float, BoolArray]:
+    """Features (N, 3) of pixels, the luminance of skin, and which pixels are certainly skin."""
+    certain = np.asarray(prior[0] > COLOURS.certain * prior[0].max())
+    reference = float(np.median(luminance(pixels)[certain]))
+    return features(pixels, reference), reference, certain
+
+
 def _chosen(
     images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
     """Priors (3, N) and RGB values (N, 3) of the pixels that are learned from."""
-    prior = np.concatenate([p.reshape(len(PLACES), -1) for p in places], axis=1)
-    pixels = np.concatenate([np.asarray(i, np.float64).reshape(-1, 3) for i in images])
-    keep = np.flatnonzero(prior.sum(axis=0) > COLOURS.least_place)
-    keep = keep[:: max(1, -(-len(keep) // COLOURS.most_pixels))]
-    prior, pixels = prior[:, keep], pixels[keep]
+    prior, pixels, _ = placed(images, places)
     if not (prior.size and prior[:2].max(axis=1).min() > COLOURS.least_shown):
         raise FaceNotFoundError(
             "no skin and lips lie where the mouth was looked for",

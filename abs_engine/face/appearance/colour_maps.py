@@ -5,7 +5,6 @@ All classes are compared at once and in single precision, as every frame needs i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,22 +25,16 @@ _LEAST = 1e-30  # below this a density counts as none
 
 @dataclass(frozen=True, eq=False)
 class Palette:
-    """The colours of a clip's classes, ready to be compared with pixels.
+    """The colours of a clip's classes, ready to be compared with pixels; see `ColourClasses`."""
 
-    Parameters
-    ----------
-    mixtures, priors, reference, chromatic, mixed
-        As `ColourClasses` has them.
-    """
-
-    mixtures: Mapping[str, Mixture]
+    mixtures: dict[str, Mixture]
     priors: FloatArray
     reference: float
-    chromatic: bool
-    mixed: int
+    chromatic: bool = True
+    mixed: int = 0
 
     def compared(self, image: NDArray[np.generic]) -> ComparedColours:
-        """Pixels of an image (H, W, 3), RGB 0 to 255, beside every class."""
+        """Pixels of an image (H, W, 3), RGB 0 to 255, beside every class: once for several maps."""
         samples = features(image, self.reference).reshape(-1, 3)
         return ComparedColours(self, samples, (image.shape[0], image.shape[1]))
 

@@ -20,13 +20,15 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.threads import in_threads
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.face.appearance.colour_features import EACH_LIP, features
+from abs_engine.face.appearance.colour_features import EACH_LIP
 from abs_engine.face.appearance.colour_learning import (
     assembled,
     border_axis,
     bordered,
     mixed_with,
+    placed,
     posterior,
+    sampled,
     shaded,
     skin_of,
     sound,
@@ -38,7 +40,6 @@ from abs_engine.face.appearance.colour_prior import (
     typical_lips,
     with_shade,
 )
-from abs_engine.face.appearance.luminance import luminance
 from abs_engine.face.appearance.mixture import Mixture, fit_mixture
 from abs_engine.face.settings.colour import COLOURS
 
@@ -74,9 +75,7 @@ def learn_placed(
         If the places hold no skin or no lips: they lie outside of the picture.
     """
     prior, pixels, sure = _chosen(images, places)
-    certain = prior[0] > COLOURS.certain * prior[0].max()
-    reference = float(np.median(luminance(pixels)[certain]))
-    samples = features(pixels, reference)
+    samples, reference, certain = sampled(prior, pixels)
     skin, inside, lips, share = _separated(samples, prior, sure, skin_of(samples[certain]))
 
     def learned(place: str) -> Mixture:
@@ -212,15 +211,10 @@ def _chosen(
     images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Priors (4, N), RGB values (N, 3) and weights for lips (N,) of the pixels learned from."""
-    sure = _sure(places)
-    prior = np.concatenate([p.reshape(len(PLACES), -1) for p in places], axis=1)
-    pixels = np.concatenate([np.asarray(i, np.float64).reshape(-1, 3) for i in images])
-    keep = np.flatnonzero(prior.sum(axis=0) > COLOURS.least_place)
-    keep = keep[:: max(1, -(-len(keep) // COLOURS.most_pixels))]
-    prior, pixels, sure = prior[:, keep], pixels[keep], sure[keep]
+    prior, pixels, keep = placed(images, places)
     if not (prior.size and min(prior[0].max(), prior[1:3].max()) > COLOURS.least_shown):
         raise FaceNotFoundError(
             "the mouth lies outside of the picture in the frames that were looked at",
             "give a video that shows the mouth",
         )
-    return prior, pixels, sure
+    return prior, pixels, _sure(places)[keep]

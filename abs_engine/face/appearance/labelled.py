@@ -11,7 +11,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import TooFewPixelsError
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES, features
-from abs_engine.face.appearance.colour_learning import bordered
+from abs_engine.face.appearance.colour_learning import border_axis, bordered
 from abs_engine.face.appearance.luminance import luminance
 from abs_engine.face.appearance.mixture import Mixture, fit_mixture
 from abs_engine.face.settings.colour import COLOURS
@@ -57,7 +57,7 @@ def train_classes(pixels: Mapping[str, NDArray[np.generic]], seed: int = 0) -> C
             samples, np.ones(len(samples)), most.get(name, COLOURS.inside_components)
         )
     skin, lips = found["skin"], found["lips"]
-    axis = COLOURS.mix * (lips.weights @ lips.means - skin.weights @ skin.means)
+    axis = border_axis(skin, lips)
     found |= {"skin": bordered(skin, axis), "lips": bordered(lips, axis)}
     return ColourClasses(found, np.array([1.0, 1.0, COLOURS.inside, COLOURS.inside]), reference)
 

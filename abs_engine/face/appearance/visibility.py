@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -78,15 +78,9 @@ def depth_of(
             f"{scene.mean.shape}",
             "give the shape of the same mesh for each picture",
         )
-    still = Scene(
-        np.asarray(sighting.vertices, np.float32),
-        np.zeros((0, *scene.mean.shape), np.float32),
-        scene.faces,
-        scene.uv,
-        scene.facet_class,
-        scene.texture,
-        scene.cull,
-    )
+    none = np.zeros((0, *scene.mean.shape), np.float32)
+    at = np.asarray(sighting.vertices, np.float32)
+    still = replace(scene, mean=at, modes=none, texture_modes=None)
     one = Candidates.one(np.zeros(0), sighting.pose)
     return renderer.draw(still, one, camera, camera.whole)[0].depth
 

@@ -17,7 +17,7 @@ AXES = "xyz"
 
 @dataclass(frozen=True, eq=False)
 class ShellPoints:
-    """Points on the facets of a shell.
+    """Points on the facets of a shell, or of a head.
 
     Parameters
     ----------

@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.face.shape.lip_shell import COLUMNS, LipPoints
+from abs_engine.face.shape.dots import ShellPoints
+from abs_engine.face.shape.lip_shell import COLUMNS, LipShell
 from abs_engine.io.assets import Speaker
 
 _FACING = (-np.arange(COLUMNS)) % COLUMNS  # the column of the other lip that each one meets
@@ -27,7 +28,7 @@ def leaders(nodes: FloatArray) -> FloatArray:
 
 
 def followed(
-    speaker: Speaker, shell: LipPoints, rings: LipPoints, chords: FloatArray
+    speaker: Speaker, shell: LipShell, rings: ShellPoints, chords: FloatArray
 ) -> FloatArray:
     """Share that each ring has in the motion of each of its `leaders`.
 
@@ -50,7 +51,7 @@ def followed(
     """
     units = speaker.unit_matrix(speaker.unit_names).astype(np.float64)
     lead = leaders(shell.nodes(units))
-    moved = rings.nodes(units).reshape(len(units), -1, COLUMNS, 3)
+    moved = rings.at(units).reshape(len(units), -1, COLUMNS, 3)
     stretched = np.stack([(lead[:, k] - lead[:, 0]).ravel() for k in range(1, 4)], axis=1)
     kept = np.einsum("rk,ukcd->rucd", chords, lead)
     missing = (np.moveaxis(moved, 1, 0) - kept).reshape(len(chords), -1)

@@ -160,10 +160,10 @@ def lip_model(
     speaker: Speaker, shell: LipShell, physics: LearnedPhysics, vertices: NDArray[np.floating]
 ) -> LipModel:
     """The model of a person whose neutral head is `vertices` (V, 3), mm."""
-    skirt = skin_around(speaker, _SKIRT).nodes(vertices)
+    skirt = skin_around(speaker, _SKIRT).at(vertices)
     rings = lips_besides(speaker, _BETWEEN, INSIDE)
     chords = np.zeros((len(rings) // COLUMNS, 4))
     for ring, (low, share) in zip(chords, _chords(len(chords)), strict=True):
         ring[low : low + 2] = 1 - share, share
     follow = followed(speaker, shell, rings, chords)
-    return LipModel(shell, physics, skirt, rings.nodes(vertices), follow)
+    return LipModel(shell, physics, skirt, rings.at(vertices), follow)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.nearest import nearest_on_facets
 from abs_engine.face.settings.shape import SHAPE
+from abs_engine.face.shape.dots import ShellPoints
 from abs_engine.face.shape.fem import Material, ThinShell
 from abs_engine.face.shape.lip_edge import lip_edge
 from abs_engine.io.assets import Speaker
@@ -28,33 +29,8 @@ MATERIAL = Material(SHAPE.young, SHAPE.poisson, SHAPE.thickness, SHAPE.shear)
 
 
 @dataclass(frozen=True, eq=False)
-class LipPoints:
-    """Points on the facets of a head.
-
-    Parameters
-    ----------
-    corners : (N, 3) int32
-        Vertices of the head's facet on which each point lies.
-    weights : (N, 3) float64
-        Barycentrics in that facet.
-    """
-
-    corners: NDArray[np.int32]
-    weights: FloatArray
-
-    def __len__(self) -> int:
-        """Return the number of points, N."""
-        return len(self.corners)
-
-    def nodes(self, vertices: NDArray[np.floating]) -> FloatArray:
-        """Points (..., N, 3), mm, of a head's vertices (..., V, 3), mm."""
-        at = np.asarray(vertices, np.float64)[..., self.corners, :]
-        return np.asarray(np.einsum("...nkd,nk->...nd", at, self.weights))
-
-
-@dataclass(frozen=True, eq=False)
-class LipShell(LipPoints):
-    """Places of the nodes of a shell on a head, and their facets. Adds to `LipPoints`.
+class LipShell(ShellPoints):
+    """Places of the nodes of a shell on a head, and their facets.
 
     Parameters
     ----------
@@ -69,6 +45,8 @@ class LipShell(LipPoints):
     faces: NDArray[np.int32]
     lip: BoolArray
     border: BoolArray
+
+    nodes = ShellPoints.at
 
     def elastic_at(self, nodes: FloatArray) -> ThinShell:
         """The shell as an elastic body whose nodes (N, 3), mm, are at rest where given."""
@@ -97,16 +75,16 @@ def cut_lip_shell(speaker: Speaker) -> LipShell:
     return LipShell(corners, weights, faces, ring < len(LIP_ROWS) - 1, border)
 
 
-def skin_around(speaker: Speaker, reaches: tuple[float, ...]) -> LipPoints:
+def skin_around(speaker: Speaker, reaches: tuple[float, ...]) -> ShellPoints:
     """Rings of skin `reaches` mm beyond the outer contour, as many points each as columns."""
     vertices = speaker.vertices.astype(np.float64)
     outer = _contours(speaker, vertices)[1]
     rings = np.vstack(_skin_rings(speaker, vertices, outer, reaches))
     on_skin = speaker.facet_class == speaker.class_id("skin")
-    return LipPoints(*_on_surface(speaker, vertices, on_skin, rings))
+    return ShellPoints(*_on_surface(speaker, vertices, on_skin, rings))
 
 
-def lips_besides(speaker: Speaker, between: int, inside: int) -> LipPoints:
+def lips_besides(speaker: Speaker, between: int, inside: int) -> ShellPoints:
     """Rings of points on the lips besides the shell's own, from within.
 
     The shell's chords cut off what bulges: 1.7 mm RMS half way from the inner ring to the next, on
@@ -128,7 +106,7 @@ def lips_besides(speaker: Speaker, between: int, inside: int) -> LipPoints:
     for low, high in itertools.pairwise(LIP_ROWS):
         shares = low + (high - low) * np.arange(1, between + 1) / (between + 1)
         rings += [inner + share * (outer - inner) for share in shares]
-    return LipPoints(*_on_lips(speaker, vertices, np.vstack(rings)))
+    return ShellPoints(*_on_lips(speaker, vertices, np.vstack(rings)))
 
 
 def _skin_rings(
