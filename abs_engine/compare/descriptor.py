@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.compare.occlusion_boundaries import off_outlines
 from abs_engine.compare.residual_rows import Rows
 from abs_engine.compare.settings import COMPARISON
 from abs_engine.compare.sums import pixel_sums
@@ -27,6 +27,7 @@ from abs_engine.core.scene import Candidates, ColourError, Renderer, Scene
 from abs_engine.face.appearance.residual_covariance import normalised
 from abs_engine.face.appearance.texture import TextureModel
 from abs_engine.face.appearance.visibility import check_picture
+from abs_engine.face.settings.appearance import APPEARANCE
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,3 +192,26 @@ def wrong_match(analysed: FloatArray, synthetic: FloatArray) -> FloatArray:
     mean = analysed.mean(axis=0)
     spread = ((analysed - mean) ** 2).mean()
     return np.asarray(spread + ((synthetic - mean) ** 2).mean(axis=1))
+
+
+_STEEPEST = float(np.sqrt(1 - APPEARANCE.facing**2) / APPEARANCE.facing)
+_AROUND = np.ones((3, 3), np.uint8)
+_FAR = np.float32(1e6)  # mm: farther behind anything than a step of any surface
+
+
+def off_outlines(buffers: Buffers, camera: Camera, window: Window) -> NDArray[np.bool_]:
+    """Drawn pixels whose eight neighbours show the same surface, (H, W) bool.
+
+    A neighbour does where it is drawn, and no farther before or behind than the next pixel of a
+    surface is at `sight.FACING`, the flattest at which appearance is learned. Diagonal neighbours,
+    which lie 1.4 times as far off, are held to the same: across them flatter surfaces are left out
+    too. Pixels on the window's border are left out. `buffers` are of the window.
+    """
+    drawn = buffers.covered
+    step = _STEEPEST / (float(camera.matrix[0, 0]) * window.scale) * buffers.depth
+    depth = np.where(drawn, buffers.depth, -_FAR)
+    inner = drawn & (buffers.depth - cv2.erode(depth, _AROUND) < step)
+    inner &= cv2.dilate(depth, _AROUND) - buffers.depth < step
+    inner[[0, -1]] = False
+    inner[:, [0, -1]] = False
+    return np.asarray(inner)

@@ -33,8 +33,7 @@ from abs_engine.export.exporter import Exporter, Loss, read_run, rms
 from abs_engine.export.face_units import unit_loss, unit_weights
 from abs_engine.export.fap import LIPS, fapu, neutral, parameters
 from abs_engine.export.praat import closures
-from abs_engine.export.smoothed import smoothed
-from abs_engine.export.writing import export_run
+from abs_engine.export.writing import export_run, smoothed
 from abs_engine.face.head import PROTOTYPES
 from abs_engine.face.schema import ICT_68, face_unit
 from abs_engine.io.morphs import read_morphs

@@ -17,9 +17,9 @@ from abs_engine.core.errors import (
     TooFewPointsError,
 )
 from abs_engine.face.shape.articulatory import GuidedPCA
-from abs_engine.face.shape.articulatory_dense import dense_units
 from abs_engine.face.shape.articulatory_model import load_articulatory
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
+from abs_engine.learn.articulatory import dense_units
 
 JAW = Predictor("jaw", ("jaw",), "y", "-y")
 LIPS = Predictor("lips", ("lips",), "z", "+z")

@@ -11,8 +11,7 @@ import pytest
 
 from abs_engine.core.errors import MeshError, ModelFormatError
 from abs_engine.face.shape.lip_edge import lip_edge
-from abs_engine.face.shape.lip_follow import followed
-from abs_engine.face.shape.lip_model import INSIDE, LIPS, LipModel, lip_model
+from abs_engine.face.shape.lip_model import INSIDE, LIPS, LipModel, followed, lip_model
 from abs_engine.face.shape.lip_shell import COLUMNS, cut_lip_shell, lips_besides
 from abs_engine.face.shape.modal import learn
 from abs_engine.io.assets import load_speaker

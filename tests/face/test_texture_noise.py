@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapes
 
-from abs_engine.compare.occlusion_boundaries import off_outlines
+from abs_engine.compare.descriptor import off_outlines
 from abs_engine.compare.whiten import TextureNoise
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera

@@ -13,8 +13,7 @@ from abs_engine.core.errors import ParameterError, TooFewPointsError
 from abs_engine.face.talking_file import load_talking
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn.articulatory import Build, build
-from abs_engine.learn.measured.face import MeasuredFace, measured_face
-from abs_engine.learn.measured.residual import field, smoothness
+from abs_engine.learn.measured.face import MeasuredFace, field, measured_face, smoothness
 from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.studio.corpus import PAPER_VISEMES, speak_corpus
 from abs_engine.tracking.measured_looks import WrittenFace

@@ -14,8 +14,7 @@ from abs_engine.capture.settings import CAPTURE
 from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.calibrate import board_options, calibrate
 from abs_engine.cli.parts.command import Chosen, Done, command
-from abs_engine.cli.parts.dots_film import DotsFilm
-from abs_engine.cli.parts.dots_views import views_of
+from abs_engine.cli.parts.dots import DotsFilm, views_of
 from abs_engine.cli.parts.drawing import note
 from abs_engine.cli.parts.progress import Progress
 from abs_engine.core.errors import ParameterError

@@ -188,7 +188,7 @@ def _tracked(chosen: Chosen, info: VideoInfo) -> Done:
 
 
 def _many(chosen: Chosen) -> Done:
-    from abs_engine.io.video.stills import all_of, as_video, is_still
+    from abs_engine.io.video.source import all_of, as_video, is_still
     from abs_engine.tracking.option_checks import check_choices
 
     options = _options(chosen)

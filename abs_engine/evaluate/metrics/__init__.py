@@ -13,9 +13,10 @@ from abs_engine.evaluate.metrics.closure import (
 )
 from abs_engine.evaluate.metrics.curves import correlation, lip_curves, spikes
 from abs_engine.evaluate.metrics.failure import covered, failed
-from abs_engine.evaluate.metrics.jitter import acceleration_error, noise_level
 from abs_engine.evaluate.metrics.pixels import interocular, normalised_error, pixel_error
 from abs_engine.evaluate.metrics.points import (
+    acceleration_error,
+    noise_level,
     squared_distance,
     to_camera,
     to_head,

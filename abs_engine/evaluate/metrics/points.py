@@ -1,4 +1,4 @@
-"""Distances between points and their truth, (T, N, 3) in mm, and changes of coordinates."""
+"""Distances of points (T, N, 3), mm, from their truth, their jitter, and other coordinates."""
 
 from __future__ import annotations
 
@@ -95,3 +95,36 @@ def _points(estimated: ArrayLike, truth: ArrayLike) -> tuple[FloatArray, FloatAr
     if not np.isfinite(found).all(axis=2).any():
         raise ParameterError("no frame was tracked", "look at the overlay of the run")
     return found, true
+
+
+def acceleration_error(estimated: ArrayLike, truth: ArrayLike, rate: float) -> FloatArray:
+    """Mean over points of the size of the error's second difference, (T,) mm/s^2.
+
+    The acceleration error of Kanazawa et al., Learning 3D human dynamics from video, CVPR (2019),
+    here in mm/s^2. NaN in the first and the last frame and beside lost frames;
+    a point counts where it is given in three frames in a row. Points are (T, N, 3), mm, `rate`
+    frames per second.
+    """
+    second = _second_difference(estimated, truth)
+    return mean_of_given(np.linalg.norm(second, axis=2)) * rate**2
+
+
+def noise_level(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
+    """Mean square of the error's second difference over six, (T,) mm^2.
+
+    For an error that is white noise, the square root of the mean over frames is the noise's RMS
+    length; a slow drift leaves it at 0. This is the residual variance of Gasser, Sroka & Jennen-
+    Steinmetz, Biometrika 73 (1986), for equal steps: (1, -2, 1) / sqrt(6). NaN as in
+    `acceleration_error`.
+    """
+    return mean_of_given((_second_difference(estimated, truth) ** 2).sum(axis=2)) / 6.0
+
+
+def _second_difference(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
+    """Of the error, (T, N, 3), with NaN in the first and the last frame."""
+    remedy = "give the same frames and the same points"
+    found, true = compared(estimated, truth, "points", (None, None, None), remedy)
+    error = found - true
+    second = np.full(error.shape, np.nan)
+    second[1:-1] = error[:-2] - 2 * error[1:-1] + error[2:]
+    return second

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import RBFInterpolator
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.face.articulated import FaceShape
@@ -14,7 +15,6 @@ from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulated import shape_of
 from abs_engine.learn.articulatory import Build
 from abs_engine.learn.measured.fit import REST, MeasuredHead, fit_head
-from abs_engine.learn.measured.residual import Smoothness, field, smoothness
 from abs_engine.learn.measured.settings import MEASURED_FACE
 
 _SOFT = ("skin", "upper_lip", "lower_lip", "inner_mouth")
@@ -86,3 +86,52 @@ def _spread(
     if teeth.any():  # they are moved as one
         out[:, speaker.vertices_of("lower_teeth")] = at_points[:, teeth].mean(axis=1)[:, None]
     return out, smooth
+
+
+@dataclass(frozen=True)
+class Smoothness:
+    """Smoothness of a field.
+
+    For `reach`, mm, and `noise` see `MEASURED_FACE.reaches` and `noises`; an infinite one leaves no
+    field. `explained` is the share of the values at points that were left out which the others'
+    field explains.
+    """
+
+    reach: float
+    noise: float
+    explained: float
+
+
+def smoothness(places: FloatArray, values: FloatArray) -> Smoothness:
+    """The smoothness with which points predict others best: cross-validation in tenths.
+
+    Places are (N, 3), mm, values (N, K).
+    """
+    fold = np.arange(len(places)) % min(MEASURED_FACE.folds, len(places))
+    whole = max(float((values**2).sum()), 1e-300)
+    best = Smoothness(MEASURED_FACE.reaches[0], np.inf, 0.0)  # nothing at all explains nothing
+    for reach in MEASURED_FACE.reaches:
+        for noise in MEASURED_FACE.noises:
+            lost = 0.0
+            for kept in (fold != k for k in range(fold.max() + 1)):
+                said = field(places[kept], values[kept], reach, noise, places[~kept])
+                lost += float(((said - values[~kept]) ** 2).sum())
+            if 1 - lost / whole > best.explained:
+                best = Smoothness(reach, noise, 1 - lost / whole)
+    return best
+
+
+def field(
+    places: FloatArray, values: FloatArray, reach: float, noise: float, wanted: FloatArray
+) -> FloatArray:
+    """Values (M, K) at wanted places (M, 3), mm, of values (N, K) at places (N, 3).
+
+    Far from all places they are 0.
+    """
+    if not np.isfinite(noise):
+        return np.zeros((len(wanted), values.shape[1]))
+    made = RBFInterpolator(
+        places, values, kernel="gaussian", epsilon=1 / (np.sqrt(2) * reach), degree=-1,
+        smoothing=noise,
+    )  # fmt: skip
+    return np.asarray(made(wanted), np.float64)
