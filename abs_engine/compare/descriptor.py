@@ -164,7 +164,7 @@ def texture_error(
     clothed = model.dress(scene) if dressed is None else dressed
     term = ColourError(window.sample(np.asarray(frame, np.float32)).astype(np.float32))
     drawn = renderer.draw(clothed, start, camera, window)[0]
-    noise = TextureNoise.of(model.leftover) if whiten else None
+    noise = TextureNoise(model.leftover.layers) if whiten else None
     where = _compared(drawn, camera, window, noise)
     if not where.any():
         raise OutOfPictureError("nothing is drawn at the start", "start where the face is")

@@ -52,33 +52,13 @@ def facet_scores(
     (F,) float64
         In drawn pixels; 0 for facets that are hidden.
     """
-    return _integrals(buffers, maps[:, None], facet_class, rule)[:, 0]
+    return facet_forces(buffers, maps[:, None], facet_class, rule)[:, 0]
 
 
 def slopes(maps: NDArray[np.floating]) -> FloatArray:
     """Gradients (C, 2, H, W) of maps (C, H, W), to the right and downwards, per drawn pixel."""
     down, right = np.gradient(np.asarray(maps, np.float64), axis=(1, 2))
     return np.stack([right, down], axis=1)
-
-
-def facet_forces(
-    buffers: Buffers, gradients: FloatArray, facet_class: NDArray[np.integer], rule: Rule
-) -> FloatArray:
-    """Forces on the facets in the picture (eqs. 11 and 12, alpha left out).
-
-    Parameters
-    ----------
-    buffers, facet_class, rule
-        As in `facet_scores`.
-    gradients : (C, 2, H, W) float64
-        `slopes` of each class's map; of smoothed ones, as they say which way to go.
-
-    Returns
-    -------
-    (F, 2) float64
-        To the right and downwards, drawn pixels.
-    """
-    return _integrals(buffers, gradients, facet_class, rule)
 
 
 def node_forces(forces: FloatArray, faces: NDArray[np.integer], n_nodes: int) -> FloatArray:
@@ -115,7 +95,7 @@ def border_forces(
     The border is the edge of whichever surface lies in front, so its facet's nodes are pushed, by
     the barycentrics of its pixel.
     """
-    out = np.zeros((n_nodes, 2))
+    out, depth = np.zeros((n_nodes, 2)), np.where(buffers.depth > 0, buffers.depth, np.inf)
     for axis, one in ((0, (0, 1)), (1, (1, 0))):
         here = tuple(slice(None, -d or None) for d in one)
         there = tuple(slice(d, None) for d in one)
@@ -125,16 +105,12 @@ def border_forces(
         q = rows + one[0], columns + one[1]
         a, b = first[p], second[p]
         gain = 0.5 * sum(maps[(a, *at)] - maps[(b, *at)] for at in (p, q))
-        depth_p, depth_q = (_far_if_none(buffers.depth[at]) for at in (p, q))
+        depth_p, depth_q = (depth[at] for at in (p, q))
         front = tuple(np.where(depth_p <= depth_q, x, y) for x, y in zip(p, q, strict=True))
         corners = faces[buffers.facet_id[front] - 1]
         share = buffers.barycentrics[front].astype(np.float64) * np.asarray(gain)[:, None]
         np.add.at(out[:, axis], corners, share)
     return out
-
-
-def _far_if_none(depth: NDArray[np.floating]) -> NDArray[np.floating]:
-    return np.where(depth > 0, depth, np.inf)
 
 
 def lifted(forces: FloatArray, points: FloatArray, camera: Camera, scale: float) -> FloatArray:
@@ -149,13 +125,17 @@ def lifted(forces: FloatArray, points: FloatArray, camera: Camera, scale: float)
     return np.column_stack([across, -(across[:, 0] * x + across[:, 1] * y) / z])
 
 
-def _integrals(
+def facet_forces(
     buffers: Buffers | Outlines,
     planes: NDArray[np.floating],
     facet_class: NDArray[np.integer],
     rule: Rule,
 ) -> FloatArray:
-    """Integrals (F, D) of each class's planes (C, D, H, W) over the visible part of its facets."""
+    """Integrals (F, D) of each class's planes (C, D, H, W) over the visible part of its facets.
+
+    Of `slopes` (C, 2, H, W), of smoothed maps as they say which way to go, these are the forces in
+    the picture, to the right and downwards, drawn pixels (eqs. 11 and 12, alpha left out).
+    """
     check_rule(rule)
     rows, columns = np.nonzero(buffers.facet_id)
     facet = buffers.facet_id[rows, columns] - 1

@@ -13,25 +13,16 @@ from abs_engine.core.arrays import Float32Array
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.compiled import LOOP
 from abs_engine.core.scene import Scene
-from abs_engine.face.appearance.residual_covariance import Leftover
 
 
 @dataclass(frozen=True, eq=False)
 class TextureNoise:
     """Whitening of differences of luminance-normalised RGB, in a texture's atlas.
 
-    Parameters
-    ----------
-    layers : (h, w, 1 + 3 q) float32
-        See `face.appearance.residual_covariance.Leftover.layers`.
+    `layers` (h, w, 1 + 3 q) are those of `face.appearance.residual_covariance.Leftover`.
     """
 
     layers: Float32Array
-
-    @classmethod
-    def of(cls, left: Leftover) -> TextureNoise:
-        """From what a texture model leaves out."""
-        return cls(left.layers)
 
     def scales(self, scene: Scene, drawn: Buffers, where: NDArray[np.bool_]) -> Float32Array:
         """Factors by which single differences of some drawn pixels are multiplied, (N,)."""

@@ -21,10 +21,10 @@ def lip_rings(speaker: Speaker) -> dict[str, NDArray[np.int32]]:
     }
 
 
-def jaw_ring(speaker: Speaker) -> NDArray[np.int32]:
-    """Vertices of the lower teeth, which move as the jaw does."""
+def contours(speaker: Speaker) -> dict[str, NDArray[np.int32]]:
+    """Those of the lips, and the lower teeth, which move as the jaw does, as vertices."""
     teeth = speaker.faces[speaker.facet_class == speaker.class_id("lower_teeth")]
-    return np.unique(teeth).astype(np.int32)
+    return {**lip_rings(speaker), "jaw": np.unique(teeth).astype(np.int32)}
 
 
 def rings_of(speaker: Speaker, kept: NDArray[np.int32]) -> dict[str, NDArray[np.int32]]:
@@ -35,7 +35,7 @@ def rings_of(speaker: Speaker, kept: NDArray[np.int32]) -> dict[str, NDArray[np.
     ModelFormatError
         If a contour is not wholly on them.
     """
-    sources = {**lip_rings(speaker), "jaw": jaw_ring(speaker)}
+    sources = contours(speaker)
     lost = [name for name, vertices in sources.items() if not np.isin(vertices, kept).all()]
     if lost:
         raise ModelFormatError(

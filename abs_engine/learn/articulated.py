@@ -16,7 +16,7 @@ from abs_engine.face.articulated import FaceShape, middle
 from abs_engine.face.compared import ComparedHead
 from abs_engine.face.head import colour_classes
 from abs_engine.face.penalty import ImprobablePenalty
-from abs_engine.face.rings import jaw_ring, lip_rings
+from abs_engine.face.rings import contours
 from abs_engine.face.schema import BROWS, Pair, units_of
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulatory import Build, dense_head
@@ -86,7 +86,7 @@ def shape_of(
     return FaceShape(
         scene, surface, outer, kept, marks, spec, middle(scene, vertices[at_lips]),
         built.model, frame, vertices, at_lips, ImprobablePenalty.of_corpus(built.alpha),
-        neutral, _rings(speaker), colour_classes(speaker),
+        neutral, contours(speaker), colour_classes(speaker),
     )  # fmt: skip
 
 
@@ -118,10 +118,6 @@ def _parts(speaker: Speaker, scene: Scene) -> tuple[Scene, Scene, IntArray, IntA
     outer, kept = part(scene, surface | inside)
     marks = listed[np.isin(listed, kept)]  # a few have no facet that stays where it is
     return part(scene, surface)[0], outer, kept, marks
-
-
-def _rings(speaker: Speaker) -> dict[str, NDArray[np.int32]]:
-    return {**lip_rings(speaker), "jaw": jaw_ring(speaker)}
 
 
 def _marks(speaker: Speaker) -> IntArray:

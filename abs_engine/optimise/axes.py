@@ -59,7 +59,6 @@ class AxesSimplex:
         ParameterError
             Also if the objective has no residuals.
         """
-        check_quadratic(objective)
         first = checked_start(start, spec)
         found = self.descend(objective, first, spec, self.limit)
         return self.polish(objective, found, spec, first, self.limit - found.n_evaluations)

@@ -30,10 +30,7 @@ class History:
         """The value at `x`."""
         if len(self._trace) >= self._limit:
             raise LimitReachedError
-        return self.add(x, self._objective(x))
-
-    def add(self, x: FloatArray, evaluation: Evaluation) -> float:
-        """Remember an evaluation."""
+        evaluation = self._objective(x)
         self._trace.append(evaluation.value)
         if self._best is None or evaluation.value < self._best.value:
             self._best, self._x = evaluation, np.array(x, np.float64)

@@ -17,7 +17,7 @@ from abs_engine.core.objective import Batched
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.axes import along_axes
 from abs_engine.optimise.base import Solution, unit_of
-from abs_engine.optimise.history import checked_start
+from abs_engine.optimise.history import CONVERGED, LIMIT, checked_start
 from abs_engine.optimise.settings import SOLVING
 
 _RIDGE = 1e-9  # of the largest curvature: some directions may say nothing
@@ -31,12 +31,6 @@ class Curved(Batched, Protocol):
     ) -> tuple[float, FloatArray, FloatArray]:
         """Value, gradient (N,) and second derivative (N, N) at `x` (N,)."""
         ...
-
-
-def check_curved(objective: object) -> None:
-    """Raise `ParameterError` unless an objective knows its slope and curvature."""
-    if not hasattr(objective, "newton"):
-        raise ParameterError("the objective knows no borders", "choose another driver")
 
 
 @dataclass(frozen=True)
@@ -88,7 +82,6 @@ class Newton:
         ParameterError
             Also if the objective knows no borders.
         """
-        check_curved(objective)
         first = checked_start(start, spec)
         found = self.descend(objective, first, spec, self.limit)
         return self.polish(objective, found, spec, first, self.limit - found.n_evaluations)
@@ -103,7 +96,8 @@ class Newton:
         free: bool = False,
     ) -> Solution:
         """The Newton steps from `start` (N,) within so many evaluations."""
-        check_curved(objective)
+        if not hasattr(objective, "newton"):
+            raise ParameterError("the objective knows no borders", "choose another driver")
         x, damping, k, unit = spec.clip(start), 0.0, 0, unit_of(objective)
         made = objective.newton(x, self.reaches[0])
         trace, end = [made[0]], len(self.reaches) - 1
@@ -127,7 +121,7 @@ class Newton:
                 damping = max(SOLVING.damped_more * damping, SOLVING.damped) if tries else damping
                 made = objective.newton(x, self.reaches[min(k, end)], k >= end)
                 trace.append(made[0])
-        status = "evaluation limit" if len(trace) >= limit else "converged"
+        status = LIMIT if len(trace) >= limit else CONVERGED
         scaled = 0.5 * made[2] * np.outer(spec.scale, spec.scale)
         return Solution(
             x, status, made[0], {}, len(trace), np.array(trace), len(trace), information=scaled

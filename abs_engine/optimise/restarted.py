@@ -11,6 +11,7 @@ from abs_engine.core.objective import Objective
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.by_nlopt import Simplex
+from abs_engine.optimise.history import LIMIT
 from abs_engine.optimise.settings import SOLVING
 
 
@@ -53,5 +54,5 @@ class RestartedSimplex:
             best = found if gain > 0 else best
             if gain < self.tolerance * unit_of(objective):
                 break
-        status = "evaluation limit" if spent >= self.limit else best.status
+        status = LIMIT if spent >= self.limit else best.status
         return Solution(best.x, status, best.value, best.terms, spent, np.concatenate(trace))

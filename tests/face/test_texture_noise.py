@@ -106,8 +106,8 @@ def test_common_noise_becomes_white(seen):
     scene, _, drawn = seen
     rng = np.random.default_rng(2)
     common = rng.normal(size=(2, SIZE, SIZE, 3)).astype(np.float32)
-    noise = TextureNoise.of(Leftover(np.full((SIZE, SIZE), 0.1, np.float32), common))
-    plain = TextureNoise.of(Leftover(np.full((SIZE, SIZE), 0.1, np.float32), common[:0]))
+    noise = TextureNoise(Leftover(np.full((SIZE, SIZE), 0.1, np.float32), common).layers)
+    plain = TextureNoise(Leftover(np.full((SIZE, SIZE), 0.1, np.float32), common[:0]).layers)
     where = drawn.covered
     read = noise._at(scene, drawn, where)[:, 1:]
     v = read.reshape(len(read), 2, 3).transpose(1, 0, 2).reshape(2, -1)

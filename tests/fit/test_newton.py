@@ -289,4 +289,4 @@ def test_evidence_without_borders_is_named():
     with pytest.raises(ParameterError, match="'flat' has no borders"):
         made.newton(start(0, ALL), 4)
     with pytest.raises(ParameterError, match="knows no borders"):
-        Newton().minimise(lambda x: 0.0, np.zeros(2), made.spec)
+        Newton().minimise(lambda x: 0.0, np.zeros(len(made.spec)), made.spec)
