@@ -5,11 +5,11 @@ them, is part of what is expected of anybody (`assets/population`).
 
 Each film has another random person, skin, lip colour, light, camera and stretch of a recorded
 face. Run it by hand: `python tests/ict_films.py OUT [--films 6] [--frames 75] [--seed 0]
-[--size 640 480] [--clips 1]`. With more `--clips`, that many films in a row are of one person, the
-last two of them by another camera in another, coloured light. It writes `film_K.mp4`,
-`camera_K.json`, the truth `film_K.npz` (see `truth`) and `sheet.png`, a frame of each film with the
-lip contours drawn beside it. The data are looked for in the folder that ABS_ENGINE_DATA names, or
-in `../shared/data` beside the checkout.
+[--size 640 480] [--clips 1] [--tremor]`. With more `--clips`, that many films in a row are of one
+person, the last two of them by another camera in another, coloured light; with `--tremor` heads
+tremble. It writes `film_K.mp4`, `camera_K.json`, the truth `film_K.npz` (see `truth`) and
+`sheet.png`, a frame of each film with the lip contours drawn beside it. The data are looked for in
+the folder that ABS_ENGINE_DATA names, or in `../shared/data` beside the checkout.
 
 pyrender draws, so nothing here may import moderngl: two GL stacks in a process corrupt each other.
 """
@@ -308,12 +308,26 @@ def smooth_noise(rng: np.random.Generator, frames: int, rate: float, reach: floa
     return np.asarray(reach * np.sum(waves, axis=0))
 
 
+TREMOR = ((1.0, 6.0, 0), (0.7, 4.8, 1))
+"""Of heads that tremble: degrees, Hz, and the axis of the head, x across it and y up."""
+
+
+def trembling(frames: int, rate: float) -> FloatArray:
+    """Rotation vectors (T, 3), radians, of a head that trembles as `TREMOR` says."""
+    time, turns = np.arange(frames) / rate, np.zeros((frames, 3))
+    for degrees, hertz, axis in TREMOR:
+        turns[:, axis] = np.radians(degrees) * np.sin(2 * np.pi * hertz * time)
+    return turns
+
+
 def head_motion(
-    rng: np.random.Generator, frames: int, rate: float, distance: float
+    rng: np.random.Generator, frames: int, rate: float, distance: float, tremor: bool = False
 ) -> tuple[FloatArray, FloatArray]:
     """Rotations (T, 3, 3) and translations (T, 3) in mm from the head to the camera."""
     angles = [smooth_noise(rng, frames, rate, reach) for reach in (20.0, 10.0, 10.0)]
     turn = Rotation.from_euler("YXZ", np.stack(angles, axis=1), degrees=True).as_matrix()
+    if tremor:
+        turn = turn @ Rotation.from_rotvec(trembling(frames, rate)).as_matrix()
     shift = [smooth_noise(rng, frames, rate, reach) for reach in (20.0, 10.0, 25.0)]
     away = np.array([0.0, 0.0, distance])
     return FACING @ turn, away + np.stack(shift, axis=1)
@@ -788,7 +802,7 @@ def planned(head: Head, weights: FloatArray, number: int, chosen: argparse.Names
     apertures = moved_lips(head, average, weights)
     time = np.arange(chosen.frames) / rate
     part, start = stretch(weights, apertures, slice(number, count), time)
-    turn, shift = head_motion(rng, chosen.frames, rate, distance)
+    turn, shift = head_motion(rng, chosen.frames, rate, distance, chosen.tremor)
     person = with_closed_lips(head, head.person(identity))
     return Film(person, identity, part, start, turn, shift, look, place, rate)
 
@@ -906,6 +920,7 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--size", type=int, nargs=2, default=(640, 480))
     parser.add_argument("--clips", type=int, default=1, help="of each person")
     parser.add_argument("--only", type=int, help="the number of the one film to make")
+    parser.add_argument("--tremor", action="store_true", help="heads tremble, see TREMOR")
     return parser.parse_args()
 
 

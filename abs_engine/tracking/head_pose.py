@@ -7,6 +7,7 @@ texture ties each frame to those that the head was fitted on.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +23,20 @@ from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame
 from abs_engine.tracking.landmark_noise import LandmarkNoise
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks, SeenRays
-from abs_engine.tracking.match_equations import linearised_at
+from abs_engine.tracking.match_equations import MatchEquations, linearised_at
 from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.settings.head import HEAD_POSE
 
 _DAMPING = 1e-6
 _FLOOR = np.array(HEAD_POSE.pose_floor)
+
+
+class _Settled(NamedTuple):
+    """A pose, the last equations of it, and how far matches were off then, see `MatchEquations`."""
+
+    pose: Pose
+    system: Equations
+    off: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,35 +76,56 @@ class TexturedHead:
     ) -> HeldPose:
         """The head's pose in a frame, from where landmarks alone put it.
 
-        `before` is its pose a short `interval`, seconds, ago.
+        `before` is its pose a short `interval`, seconds, ago. It counts where the texture is not
+        seen clearly, as in a blur or a blink; elsewhere a tremor would lose by it.
         """
-        seen, posture = SeenRays.of(landmarks, self.camera), start.posture
-        pose = self._moved_back(start.pose)
-        # Once is enough: the texture hardly moves the head, and landmarks cost more than it
-        own, moved_by = self._landmarks(seen, pose, posture), np.zeros(6 + len(posture))
-        if before is not None:
-            own = own.plus(hardly_turned(pose, self._moved_back(before), interval, len(posture)))
-            moved_by = own.step()
+        seen, begun = SeenRays.of(landmarks, self.camera), self._moved_back(start.pose)
+        own = self._landmarks(seen, begun, start.posture)
+        found = self._settled(gray, begun, start.posture, own)
+        if before is not None and found.off > HEAD_POSE.clear:
+            turn = hardly_turned(begun, self._moved_back(before), interval, len(start.posture))
+            near = own.plus(turn)
+            found = self._settled(gray, begun, start.posture, near, near.step())
+        pose = found.pose
+        if self.shift is not None:
+            pose = shifted(pose, self.shift, self.shape.pivot)
+        covariance = np.linalg.inv(found.system.of_pose()) + np.diag(_FLOOR**2)
+        return HeldPose(pose, np.asarray(np.linalg.inv(covariance), np.float64))
+
+    def _settled(
+        self,
+        gray: Gray,
+        pose: Pose,
+        posture: FloatArray,
+        own: Equations,
+        moved_by: FloatArray | None = None,
+    ) -> _Settled:
+        """The pose by `own` equations about a pose and a posture, and by the texture.
+
+        It is looked for after a first step (6 + M,), by which they are `moved_by`.
+        """
+        if moved_by is None:
+            moved_by = np.zeros(6 + len(posture))
+        else:
             pose, posture = turned(self.shape, pose, moved_by[:6]), posture + moved_by[6:]
-        vertices, drawn = self.body.vertices(np.zeros(0), posture), posture
+        vertices, drawn, off = self.body.vertices(np.zeros(0), posture), posture, np.inf
         nearest = min(self.views, key=lambda v: v.pose.angle_to(pose))
         view = HeadView(gray, pose, vertices, nearest.normals)
+        # Once is enough: the texture hardly moves the head, and landmarks cost more than it
         matches = match(self.body, nearest, view, self.camera, self.renderer)
         points = np.zeros((0, 3)) if matches is None else matches.of(vertices)
         for _ in range(HEAD_POSE.frame_steps):
             system = own.after(moved_by)
             if matches is not None:
                 moved = np.tensordot(posture - drawn, matches.posture, 1)
-                system = system.plus(self._texture(matches, nearest, pose, points + moved))
+                told = self._texture(matches, nearest, pose, points + moved)
+                system, off = system.plus(told.normal), told.off(matches.sigma)
             step = system.step()
             pose, posture = turned(self.shape, pose, step[:6]), posture + step[6:]
             moved_by = moved_by + step
             if np.abs(step[:3]).max() < HEAD_POSE.frame_settled:
                 break
-        if self.shift is not None:
-            pose = shifted(pose, self.shift, self.shape.pivot)
-        covariance = np.linalg.inv(system.of_pose()) + np.diag(_FLOOR**2)
-        return HeldPose(pose, np.asarray(np.linalg.inv(covariance), np.float64))
+        return _Settled(pose, system, off)
 
     def _moved_back(self, pose: Pose) -> Pose:
         """A pose before the correction of all poses."""
@@ -112,10 +142,9 @@ class TexturedHead:
 
     def _texture(
         self, matches: Matches, nearest: HeadView, pose: Pose, points: FloatArray
-    ) -> Equations:
+    ) -> MatchEquations:
         """The same by the texture, at points (N, 3) of the head."""
-        told = linearised_at(self.body, matches, nearest, pose, points, self.camera, who=False)
-        return told.normal
+        return linearised_at(self.body, matches, nearest, pose, points, self.camera, who=False)
 
 
 def hardly_turned(pose: Pose, before: Pose, interval: float, modes: int) -> Equations:

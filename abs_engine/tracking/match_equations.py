@@ -49,6 +49,10 @@ class MatchEquations:
         weighed = flat * np.repeat(self.weight, 2)
         return Equations(weighed @ flat.T, -(weighed @ self.residual.ravel()))
 
+    def off(self, sigma: float) -> float:
+        """Median distance of the matches from where the head puts them, in deviations, px."""
+        return float(np.median(np.linalg.norm(self.residual, axis=1))) / sigma
+
 
 def linearised(
     body: HeadBody, found: Matches, first: HeadView, second: HeadView, camera: Camera

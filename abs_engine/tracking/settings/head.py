@@ -136,11 +136,16 @@ class HeadSettings:
     gaze : tuple of float, mm
         How far eyes that look elsewhere take both pupils along, across and down the face. Not
         measured.
+    clear : float, standard deviations of a match
+        By which a frame's matches are off in the median, at most, where its texture is seen
+        clearly; elsewhere a head is expected to have turned little since the frame before.
+        Measured: 0.4 to 0.6 in most frames of films and of GRID, up to 2.4 in blurred clips.
     turn_speed : float, rad/s
-        Standard deviation of how fast a head turns about each axis. Chosen of 0.35, 0.7, 1.4 and
-        none on p01 to p08 of the strangers' clips, by how often a frame's rotation is more than 1.5
-        degrees off the middle of those beside it: 49, 65, 72 and 105 of 795 frames. With 0.35, a
-        tremor of a degree at 5 Hz would lose up to a quarter of its size in poor pictures.
+        Standard deviation of how fast a head turns about each axis in such frames. Chosen of 0.35,
+        0.7 and none on p01 to p08 of the strangers' clips, by how many frames' rotation is more
+        than 1.5 degrees off the middle of those beside them: 67, 76 and 105 of 778. Of the tremor
+        of ICT's heads (`tests/ict_films.py --tremor`) 0.99 is found with 0.7, and 0.93 where clear
+        frames lean on those before, too, even with 1.4.
     turn_stray : float, standard deviations
         Of a turn from one frame to the next, beyond which it counts less (Cauchy). Not measured.
     pose_floor : tuple of float, rad and mm
@@ -190,7 +195,8 @@ class HeadSettings:
     match_noise: float = 0.5
     matches_alike: float = 4.0
     gaze: tuple[float, ...] = (3.0, 2.0)
-    turn_speed: float = 0.7
+    clear: float = 1.0
+    turn_speed: float = 0.35
     turn_stray: float = 2.0
     pose_floor: tuple[float, ...] = (0.006, 0.006, 0.006, 0.3, 0.3, 2.0)
 
