@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.pose import parted
-from abs_engine.live.lines import told
 from abs_engine.live.release import Released
 from abs_engine.report.drawing.colours import clay_colours
 from abs_engine.report.page import welded
@@ -88,7 +87,7 @@ class Board:
         ]
         weights = parted(result.vector)[1].round(4).tolist() if result.found else None
         picture = b64encode(coded.tobytes()).decode()
-        return {**told(released), "picture": picture, "contours": contours, "weights": weights}
+        return {**released.line(), "picture": picture, "contours": contours, "weights": weights}
 
 
 def _head(setting: ClipSetting) -> dict[str, Any]:

@@ -8,11 +8,18 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isfinite
+from typing import Any
 
 from abs_engine.tracking.clip_setting import FrameResult
+from abs_engine.tracking.frame_rows import BELIEVED, believed
 from abs_engine.tracking.frame_state import Shot
+from abs_engine.tracking.measures import ANGLES, angles
+from abs_engine.tracking.run_table import closed_frames
 
 RECENT = 25  # results that `Release.took` remembers
+_DIGITS = 4
+_DEVIATIONS = tuple(f"{name}_sd" for name in BELIEVED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +38,26 @@ class Released:
     result: FrameResult
     delay: float
     dropped: int
+
+    def line(self) -> dict[str, Any]:
+        """A line of JSON: names and units as in ``results.csv``; null where a number is unknown."""
+        shot, result = self.shot, self.result
+        numbers = {
+            "score": result.score,
+            **{name: getattr(result, name) for name in BELIEVED},
+            **{name: believed(result, name) for name in (*_DEVIATIONS, "closed_probability")},
+            **dict(zip(ANGLES, angles(result.pose), strict=True)),
+        }
+        return {
+            "index": shot.index,
+            "time": round(shot.time, _DIGITS),
+            "found": result.found,
+            "status": result.status,
+            "closed": bool(closed_frames(result.aperture)) if result.found else None,
+            **{k: round(float(v), _DIGITS) if isfinite(v) else None for k, v in numbers.items()},
+            "delay_ms": round(1e3 * self.delay, 1),
+            "dropped": self.dropped,
+        }
 
 
 class Release:

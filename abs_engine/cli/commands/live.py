@@ -168,11 +168,10 @@ def _checked(chosen: Chosen) -> TrackOptions:
 
 def _printer(reader: Reader) -> Callable[[Released], None]:
     """Prints results as lines of JSON; where nobody reads them any more, the session ends."""
-    from abs_engine.live.lines import told
 
     def line(released: Released) -> None:
         try:
-            print(json.dumps(told(released)), flush=True)
+            print(json.dumps(released.line()), flush=True)
         except BrokenPipeError:  # the session ends, and what came before is kept
             reader.stop()
         except OSError as error:
