@@ -1,14 +1,15 @@
-"""Frames of recordings with the landmarks of their face, and a first look at their colours."""
+"""Frames of recordings with the landmarks of their face; their colours and camera are checked."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.appearance.exposure import Exposure, colourless
@@ -16,6 +17,8 @@ from abs_engine.io.video import read_frames
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
 from abs_engine.tracking.frame_choice import turned_apart
 from abs_engine.tracking.landmarks import Landmarks
+from abs_engine.tracking.option_checks import check_camera
+from abs_engine.tracking.record import camera_of
 from abs_engine.tracking.recordings import Recording
 from abs_engine.tracking.settings.preparation import PREPARATION
 
@@ -70,3 +73,28 @@ def _first(video: Path, choice: FaceChoice) -> tuple[Image, FloatArray] | None:
         if marks is not None:
             return image, marks.pixels
     return None
+
+
+def camera_used(
+    recordings: Iterable[Recording], given: Camera | None, size: tuple[int, int]
+) -> Camera:
+    """The given camera, or the ideal one of videos of a size (width, height).
+
+    Raises
+    ------
+    ParameterError
+        If the given one is of another picture size, or a recording was tracked with another camera.
+    """
+    check_camera(given, size)
+    camera = given or Camera.ideal(size)
+    for one in recordings:
+        own = camera_of(one.run)
+        if not (
+            np.allclose(own.matrix, camera.matrix)
+            and np.allclose(own.distortion, camera.distortion)
+        ):
+            raise ParameterError(
+                f"{one.path} was tracked with another camera than is used here",
+                "give the camera that it was tracked with, or its video in place of the run",
+            )
+    return camera

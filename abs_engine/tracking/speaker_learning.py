@@ -29,8 +29,7 @@ from abs_engine.tracking.loop import track
 from abs_engine.tracking.options import Clip, Leaves, TrackOptions
 from abs_engine.tracking.person_fit import fit_person
 from abs_engine.tracking.record import Record, Recorder
-from abs_engine.tracking.recorded_cameras import camera_used
-from abs_engine.tracking.recorded_frames import pictures, turned
+from abs_engine.tracking.recorded_frames import camera_used, pictures, turned
 from abs_engine.tracking.recordings import Recording, check_same, check_variety, check_videos
 from abs_engine.tracking.run import prepare, silent
 from abs_engine.tracking.scale import pupil_scale

@@ -41,7 +41,7 @@ from abs_engine.tracking import speaker_learning
 from abs_engine.tracking.face_choice import FOLLOWS, LARGEST, FaceChoice
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.options import TrackOptions
-from abs_engine.tracking.recorded_cameras import camera_used
+from abs_engine.tracking.recorded_frames import camera_used
 from abs_engine.tracking.recordings import (
     Recording,
     check_same,

@@ -49,8 +49,7 @@ def speaker(chosen: Chosen) -> Done:
     from abs_engine.io.assets import load_speaker
     from abs_engine.tracking.face_choice import LARGEST
     from abs_engine.tracking.options import TrackOptions
-    from abs_engine.tracking.recorded_cameras import camera_used
-    from abs_engine.tracking.recorded_frames import check_colours
+    from abs_engine.tracking.recorded_frames import camera_used, check_colours
     from abs_engine.tracking.recordings import check_videos, load_recording
     from abs_engine.tracking.speaker_learning import learn_speaker, tracked
 
