@@ -28,8 +28,13 @@ from abs_engine.tracking.initial_pose import (
     pose_of_face,
     with_mouth_at,
 )
-from abs_engine.tracking.keyframes import Keyframes
-from abs_engine.tracking.rigid_motion import RigidReference, RigidState, follow, rigid_reference
+from abs_engine.tracking.rigid_motion import (
+    Keyframes,
+    RigidReference,
+    RigidState,
+    follow,
+    rigid_reference,
+)
 from abs_engine.tracking.settings.detection import DETECTION
 from abs_engine.tracking.settings.registration import REGISTRATION
 from abs_engine.tracking.texture_registration import KnownHead, face_motions

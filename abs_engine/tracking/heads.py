@@ -22,7 +22,6 @@ from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.video import read_frames
 from abs_engine.learn.heads.table import EYES_MM
 from abs_engine.tracking import beforehand, landmark_jacobian
-from abs_engine.tracking.alike_mouths import to_learn_from
 from abs_engine.tracking.blob_start import by_blobs, mouth_model, physics_expression
 from abs_engine.tracking.clip_setting import NO_FACE, NO_POSE, ClipSetting
 from abs_engine.tracking.cut_faces import shows_eyes
@@ -30,7 +29,7 @@ from abs_engine.tracking.expected_person import anybody
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size
 from abs_engine.tracking.first_look import follower_of
-from abs_engine.tracking.frame_choice import candidate_frames, frames_to_learn
+from abs_engine.tracking.frame_choice import candidate_frames, frames_to_learn, to_learn_from
 from abs_engine.tracking.given_head import GivenHead
 from abs_engine.tracking.head_fit import AverageHead
 from abs_engine.tracking.head_frame import HeadBinder

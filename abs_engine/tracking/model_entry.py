@@ -1,4 +1,4 @@
-"""Models that can be tracked, as they are registered: how each makes a clip ready."""
+"""Models that can be tracked, also those of plugins: what each refuses, and how it is prepared."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from abs_engine.core.errors import ParameterError
+import numpy as np
+
+from abs_engine.core.errors import ParameterError, PluginError
+from abs_engine.core.foreign import blamed, own
 from abs_engine.core.registry import MODELS
 from abs_engine.core.scene import Renderer
 from abs_engine.tracking.options import STARTS, Clip, ClipTracker, Leaves, Tell, TrackOptions
@@ -81,3 +84,56 @@ def model_named(name: str) -> Model:
     """
     entry = MODELS.get(name)
     return entry if isinstance(entry, Model) else Model(entry)
+
+
+def check_model(model: Prepare, options: TrackOptions, leaves: Leaves) -> None:
+    """Refuse what a model cannot track, before anything is done; no option is left open.
+
+    Raises
+    ------
+    AbsEngineError
+        If something does not go together, or a plugin's check fails.
+    """
+    if not isinstance(model, Model):  # a preset's own, of which no more is known
+        leaves.check("")
+        return
+    check = model.check
+    if check is None:
+        leaves.check(options.model or "")
+    elif own(check):
+        check(options, leaves)
+    else:
+        with blamed(f"the check of the model '{options.model}'"):
+            check(options, leaves)
+
+
+def made_ready(
+    model: Prepare,
+    clip: Clip,
+    options: TrackOptions,
+    leaves: Leaves,
+    renderer: Renderer,
+    tell: Tell,
+) -> ClipTracker:
+    """A clip made ready by the model that `options` name.
+
+    Raises
+    ------
+    PluginError
+        If it is a plugin's and fails, or makes no tracker of a head whose vertices are finite.
+    """
+    if own(model.prepare if isinstance(model, Model) else model):
+        return model(clip, options, leaves, renderer, tell)
+    name = f"the model '{options.model}'"
+    with blamed(name):
+        made: object = model(clip, options, leaves, renderer, tell)
+    if not isinstance(made, ClipTracker):
+        raise PluginError(
+            f"{name} returns an object of type {type(made).__name__}",
+            "return a ClipTracker, as prepare_head does",
+        )
+    if not np.isfinite(made.setting.face.body.mean).all():
+        raise PluginError(
+            f"{name} makes a head whose vertices are not all finite", "correct its plugin"
+        )
+    return made

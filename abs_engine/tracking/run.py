@@ -26,10 +26,10 @@ from abs_engine.io.unfinished import Unfinished, kept_if_of_use
 from abs_engine.io.video import Frame, VideoInfo, probe
 from abs_engine.tracking.footage import footage_lines
 from abs_engine.tracking.frame_journal import FRAMES, FrameJournal, fingerprint
+from abs_engine.tracking.model_entry import made_ready
 from abs_engine.tracking.option_checks import DEFAULTS, check_options
 from abs_engine.tracking.options import Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.output import Progress, RunFacts, write_run
-from abs_engine.tracking.plugin_model import made_ready
 from abs_engine.tracking.poses_file import read_poses
 from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.record import Record

@@ -34,8 +34,7 @@ from abs_engine.tracking.mouth_landmarks import MouthLandmarks
 from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.scale import pupil_distance, pupil_scale
 from abs_engine.tracking.settings.worn import CLOSE_UP
-from abs_engine.tracking.worn_fit import WornHead
-from abs_engine.tracking.worn_place import find_mouth, unsettled
+from abs_engine.tracking.worn_fit import WornHead, find_mouth, unsettled
 
 FORMAT, VERSION = "abs_engine.worn_mouths", 1
 _WHOLE = "these frames show whole faces, which are followed better without --worn"

@@ -10,7 +10,7 @@ import pytest
 from drawn import drawn, network_sees
 
 from abs_engine.face.appearance.colourless import grey_below
-from abs_engine.tracking.alike_mouths import alike, mouth_colours, to_learn_from
+from abs_engine.tracking.frame_choice import alike, mouth_colours, to_learn_from
 from abs_engine.tracking.landmarks import OUTER_RING, Landmarks
 
 POSTURES = ({}, {"jawOpen": 0.15}, {"jawOpen": 0.4}, {"mouthPucker": 0.6}, {"jawOpen": 0.25})
@@ -96,7 +96,7 @@ def test_many_small_steps_are_one_group(monkeypatch):
     def stepped(image, _seen):
         return np.full(6, 0.15 * far[id(image)])  # 0.37 from one to the next
 
-    monkeypatch.setattr("abs_engine.tracking.alike_mouths.mouth_colours", stepped)
+    monkeypatch.setattr("abs_engine.tracking.frame_choice.mouth_colours", stepped)
     assert alike(clip("clara")) == clip("clara")
     far[id(clip("clara")[4][0])] = 9.0
     assert alike(clip("clara")) == clip("clara")[:4]

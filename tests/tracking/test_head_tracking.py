@@ -22,7 +22,7 @@ from abs_engine.tracking.head_tracking import (
     followed,
 )
 from abs_engine.tracking.initial_pose import FaceBox, face_marks, pose_of_face
-from abs_engine.tracking.keyframes import Keyframes
+from abs_engine.tracking.rigid_motion import Keyframes
 from abs_engine.tracking.settings.detection import DETECTION
 from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.texture_registration import KnownHead

@@ -14,8 +14,7 @@ from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import head_tracking, texture_registration
 from abs_engine.tracking.head_tracking import HeadMotion
 from abs_engine.tracking.initial_pose import FaceBox, face_marks
-from abs_engine.tracking.keyframes import Keyframes
-from abs_engine.tracking.rigid_motion import RigidReference, rigid_reference
+from abs_engine.tracking.rigid_motion import Keyframes, RigidReference, rigid_reference
 from abs_engine.tracking.settings.detection import DETECTION
 from abs_engine.tracking.settings.registration import REGISTRATION
 from abs_engine.tracking.texture_registration import KnownHead

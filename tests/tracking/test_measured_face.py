@@ -18,10 +18,9 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.talking_file import save_talking
-from abs_engine.tracking.measured_looks import _camera, _sighting
+from abs_engine.tracking.measured_looks import _camera, _sighting, by_texture, pose_by_landmarks
 from abs_engine.tracking.options import Leaves, TrackOptions
 from abs_engine.tracking.talking_faces import found_talker
-from abs_engine.tracking.viseme_poses import by_texture, pose_by_landmarks
 
 PICTURE = Path("a.png")
 

@@ -17,8 +17,7 @@ from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import texture_registration
 from abs_engine.tracking.blob_start import mouth_model
 from abs_engine.tracking.head_tracking import HeadMotion, followed
-from abs_engine.tracking.keyframes import Keyframes
-from abs_engine.tracking.rigid_motion import RigidState
+from abs_engine.tracking.rigid_motion import Keyframes, RigidState
 from abs_engine.tracking.settings.registration import REGISTRATION
 from abs_engine.tracking.texture_registration import KnownHead, face_motions
 

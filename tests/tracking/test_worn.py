@@ -29,8 +29,8 @@ from abs_engine.tracking.initial_pose import with_mouth_at
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.settings.worn import CLOSE_UP
 from abs_engine.tracking.worn import _whole_faces, load_looks
+from abs_engine.tracking.worn_fit import find_mouth, unsettled
 from abs_engine.tracking.worn_labels import COLUMNS, read_mouths
-from abs_engine.tracking.worn_place import find_mouth, unsettled
 
 CAMERA = Camera.ideal((160, 120))
 POSE = with_mouth_at(

@@ -37,7 +37,7 @@ from abs_engine.studio.french import Sentence
 from abs_engine.studio.make import Crew, Order, make
 from abs_engine.tracking.heads import correspondence_of
 from abs_engine.tracking.landmark_correspondence import Correspondence
-from abs_engine.tracking.viseme_poses import pose_by_landmarks
+from abs_engine.tracking.measured_looks import pose_by_landmarks
 
 SAME, OTHER = "as training", "otherwise"
 """Tests: filmed as the training pictures were; with another camera and light, and more motion."""
