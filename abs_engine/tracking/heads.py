@@ -34,12 +34,7 @@ from abs_engine.tracking.given_head import GivenHead
 from abs_engine.tracking.head_fit import AverageHead
 from abs_engine.tracking.head_frame import HeadBinder
 from abs_engine.tracking.initial_pose import FaceBox
-from abs_engine.tracking.landmark_correspondence import (
-    USUAL_DEVIATION,
-    Correspondence,
-    learn_correspondence,
-    load_correspondence,
-)
+from abs_engine.tracking.landmark_correspondence import Correspondence
 from abs_engine.tracking.landmark_motion import LandmarkMotion
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.lip_landmarks import LipLandmarks
@@ -48,7 +43,7 @@ from abs_engine.tracking.mouth_visibility import ByLook
 from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.person_fit import FittedPerson, fit_person
 from abs_engine.tracking.plugin_trial import Trial
-from abs_engine.tracking.rendered_landmarks import sightings_of
+from abs_engine.tracking.rendered_landmarks import correspondence_of
 from abs_engine.tracking.run_warnings import no_eyes
 from abs_engine.tracking.scale import Scale, known_scale, pupil_distance, pupil_scale
 from abs_engine.tracking.shifted_motion import ShiftedMotion
@@ -271,23 +266,3 @@ def head_setting(
         NO_FACE if given is None else NO_POSE, landmarks=marks,
         learned_lips=options.physics is not None,
     )  # fmt: skip
-
-
-def correspondence_of(speaker: Speaker, renderer: Renderer) -> Correspondence:
-    """Places of the landmarks on a speaker's head: beside its file, or by drawing it and looking.
-
-    Raises
-    ------
-    FaceNotFoundError
-        If the network sees no face in the drawings.
-    """
-    beside = load_correspondence(speaker)
-    if beside is not None:
-        return beside
-    texture = speaker.texture(next(iter(speaker.people)))
-    vertices = speaker.vertices.astype(np.float64)
-    found = learn_correspondence(speaker, list(sightings_of(speaker, vertices, texture, renderer)))
-    usual = load_correspondence(load_speaker())
-    noise = found.noise if usual is None else replace(usual.noise, bias=found.noise.bias)
-    deviation = np.maximum(found.deviation, USUAL_DEVIATION)
-    return replace(found, deviation=deviation, noise=noise)

@@ -32,11 +32,11 @@ from abs_engine.learn.talking import learn_face
 from abs_engine.learn.training import checksum
 from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.tracking.face_detection import find_faces
-from abs_engine.tracking.heads import correspondence_of
 from abs_engine.tracking.landmark_correspondence import Correspondence
 from abs_engine.tracking.landmark_fit import sound_fit
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import landmarks_of
+from abs_engine.tracking.rendered_landmarks import correspondence_of
 
 _AWAY = 20.0
 """mm RMS, across the line of sight, that a pose may lie from where landmarks have the face. Chosen:

@@ -1,23 +1,41 @@
-"""Drawings of a head from several sides, as the landmark network sees them."""
+"""Places of landmarks on a head that nobody marked: by drawing it and looking."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import FACING, Pose, rotations, vertex_normals
 from abs_engine.core.scene import Candidates, Renderer, Scene
-from abs_engine.io.assets import Speaker
+from abs_engine.face.head import mouth_facets
+from abs_engine.face.rings import rings_of
+from abs_engine.io.assets import LIPS_OF_68, Speaker, load_speaker
 from abs_engine.tracking.face_detection import find_face
-from abs_engine.tracking.landmark_correspondence import Sighting
+from abs_engine.tracking.landmark_correspondence import (
+    USUAL_DEVIATION,
+    Correspondence,
+    Sighting,
+    learn_correspondence,
+    load_correspondence,
+)
 from abs_engine.tracking.landmarks import landmarks_of
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
+
+OF_68 = np.array([
+    162, 234, 93, 58, 172, 136, 149, 148, 152, 377, 378, 365, 397, 288, 323, 454, 389, 71, 63, 105,
+    66, 107, 336, 296, 334, 293, 301, 168, 197, 5, 4, 75, 97, 2, 326, 305, 33, 160, 158, 133, 153,
+    144, 362, 385, 387, 263, 373, 380, 61, 39, 37, 0, 267, 269, 291, 405, 314, 17, 84, 181, 78, 82,
+    13, 312, 308, 317, 14, 87,
+])  # fmt: skip
+"""The network's points that lie where the usual 68 do."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,3 +130,56 @@ def lit_picture(
     fine = np.where(buffers.covered[..., None], buffers.rgb * shade[..., None], light.wall)
     small = cv2.resize(fine * light.tint, camera.size, interpolation=cv2.INTER_AREA)
     return np.asarray(np.rint(np.clip(small, 0, 255)), np.uint8)
+
+
+def correspondence_of(speaker: Speaker, renderer: Renderer) -> Correspondence:
+    """Places of the landmarks on a speaker's head: beside its file, or by drawing it and looking.
+
+    Raises
+    ------
+    FaceNotFoundError
+        If the network sees no face in the drawings.
+    """
+    beside = load_correspondence(speaker)
+    if beside is not None:
+        return beside
+    texture = speaker.texture(next(iter(speaker.people)))
+    vertices = speaker.vertices.astype(np.float64)
+    found = learn_correspondence(speaker, list(sightings_of(speaker, vertices, texture, renderer)))
+    usual = load_correspondence(load_speaker())
+    noise = found.noise if usual is None else replace(usual.noise, bias=found.noise.bias)
+    deviation = np.maximum(found.deviation, USUAL_DEVIATION)
+    return replace(found, deviation=deviation, noise=noise)
+
+
+def with_network(head: Speaker, renderer: Renderer) -> Speaker:
+    """The head with the network's points, and with all 68 landmarks where they were not given.
+
+    Raises
+    ------
+    ModelFormatError
+        If its landmarks are not on its mouth, as `build_mouth_model` asks.
+    FaceNotFoundError
+        If the network sees no face in drawings of it.
+    """
+    rings_of(head, np.unique(head.faces[mouth_facets(head, head.vertices)]))
+    try:
+        found = correspondence_of(head, renderer)
+    except FaceNotFoundError as error:
+        raise FaceNotFoundError(
+            error.problem,
+            "check that its faces point outwards and its landmarks lie where they should, or give "
+            "it a texture",
+        ) from error
+    points = {"landmark_68": _landmark_68(head, found), **head.points}
+    return replace(head, points=points, network=found.arrays())
+
+
+def _landmark_68(head: Speaker, found: Correspondence) -> NDArray[np.int32]:
+    """The vertices nearest to the network's points; those of the lips are known better."""
+    own = np.asarray(found.corners[OF_68, found.weights[OF_68].argmax(axis=1)], np.int32)
+    marks = head.landmarks
+    own[LIPS_OF_68] = np.r_[marks["outer_lip_20"], marks["inner_lip_8"]]
+    own[30], own[8] = marks["nose_tip"][0], marks["chin"][0]
+    own[[36, 39, 42, 45]] = marks["eye_corners"]
+    return own

@@ -24,13 +24,13 @@ from abs_engine.learn.training import checksum
 from abs_engine.tracking.expected_person import anybody
 from abs_engine.tracking.face_choice import FOLLOWS
 from abs_engine.tracking.head_fit import AverageHead
-from abs_engine.tracking.heads import correspondence_of
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.options import Clip, Leaves, TrackOptions
 from abs_engine.tracking.person_fit import fit_person
 from abs_engine.tracking.record import Record, Recorder
 from abs_engine.tracking.recorded_frames import camera_used, pictures, turned
 from abs_engine.tracking.recordings import Recording, check_same, check_variety, check_videos
+from abs_engine.tracking.rendered_landmarks import correspondence_of
 from abs_engine.tracking.run import prepare, silent
 from abs_engine.tracking.scale import pupil_scale
 from abs_engine.tracking.settings.frames import FRAME_LOOP

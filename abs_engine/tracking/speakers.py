@@ -17,11 +17,12 @@ from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
 from abs_engine.tracking.frame_choice import Brightness, Sighted
 from abs_engine.tracking.head_pose import placed_fit
-from abs_engine.tracking.heads import correspondence_of, head_setting
+from abs_engine.tracking.heads import head_setting
 from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.model_entry import Model, own_file
 from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.person_fit import FittedPerson
+from abs_engine.tracking.rendered_landmarks import correspondence_of
 from abs_engine.tracking.run_warnings import FACE_COLOURS, UNCOVERED, other_head
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION

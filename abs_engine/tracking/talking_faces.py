@@ -32,10 +32,11 @@ from abs_engine.tracking.blob_start import by_blobs
 from abs_engine.tracking.clip_setting import UNEXPLAINED, Work
 from abs_engine.tracking.frame_state import HeadFrame, Memory
 from abs_engine.tracking.head_frame import explained, mobility_of, step_deviation
-from abs_engine.tracking.heads import by_landmarks, correspondence_of
+from abs_engine.tracking.heads import by_landmarks
 from abs_engine.tracking.identity_fit import POSE_DEVIATION
 from abs_engine.tracking.model_entry import Model, own_file
 from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
+from abs_engine.tracking.rendered_landmarks import correspondence_of
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 
