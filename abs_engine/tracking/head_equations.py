@@ -94,7 +94,7 @@ def landmark_equations(
     np.multiply(noise.within, root, out=flat[known:].reshape(noise.within.shape))
     # a matrix by its own transpose: BLAS makes half of it
     told = Equations(flat @ flat.T, -(flat @ (root * off).ravel()))
-    information, gradient = _without(told, known)
+    information, gradient = without_rest(told, known)
     return Equations(information / alike, gradient / alike)
 
 
@@ -115,7 +115,7 @@ def _weights(
     return np.asarray((in_view(shape.normals, pose, there) / (1 + away))[:, None] / noise.variance)
 
 
-def _without(whole: Equations, kept: int) -> Equations:
+def without_rest(whole: Equations, kept: int) -> Equations:
     """The equations with all but the first `kept` integrated out, their prior a unit Gaussian."""
     a, b = slice(0, kept), slice(kept, None)
     information, gradient = whole

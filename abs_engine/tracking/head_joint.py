@@ -19,9 +19,10 @@ from abs_engine.tracking.head_equations import Equations, landmark_equations, pu
 from abs_engine.tracking.head_outline import Outline, outline, outline_equations
 from abs_engine.tracking.head_problem import HeadFrameSeen, HeadProblem, JointHead, views_of
 from abs_engine.tracking.head_texture import HeadView, Matches, match
-from abs_engine.tracking.landmark_fit import looking_ahead, turned
+from abs_engine.tracking.landmark_fit import looking_ahead
 from abs_engine.tracking.landmarks import SeenRays
 from abs_engine.tracking.match_equations import linearised
+from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.settings.head import HEAD_POSE
 
 _DAMPING = 1e-6
@@ -216,9 +217,8 @@ class _System:
         step = -np.asarray(np.linalg.solve(held, self.gradient), np.float64)
         each = step[k + q :].reshape(len(head.poses), -1)
         each[:, :3] = np.clip(each[:, :3], -HEAD_POSE.most_turn, HEAD_POSE.most_turn)
-        poses = tuple(
-            turned(self.problem.shape, p, s[:6]) for p, s in zip(head.poses, each, strict=True)
-        )
+        pivot = self.problem.shape.pivot
+        poses = tuple(shifted(p, s, pivot) for p, s in zip(head.poses, each, strict=True))
         new = replace(
             head, identity=head.identity + step[:k], error=head.error + step[k : k + q],
             poses=poses, postures=head.postures + each[:, 6:],

@@ -19,7 +19,7 @@ from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
 from abs_engine.tracking.head_equations import Equations, HeadGuess, landmark_equations
 from abs_engine.tracking.head_texture import Gray, HeadBody, HeadView, Matches, gray_of, match
-from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame, sound_fit, turned
+from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame, sound_fit
 from abs_engine.tracking.landmark_noise import LandmarkNoise
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks, SeenRays
@@ -107,7 +107,7 @@ class TexturedHead:
         if moved_by is None:
             moved_by = np.zeros(6 + len(posture))
         else:
-            pose, posture = turned(self.shape, pose, moved_by[:6]), posture + moved_by[6:]
+            pose, posture = shifted(pose, moved_by, self.shape.pivot), posture + moved_by[6:]
         vertices, drawn, off = self.body.vertices(np.zeros(0), posture), posture, np.inf
         nearest = min(self.views, key=lambda v: v.pose.angle_to(pose))
         view = HeadView(gray, pose, vertices, nearest.normals)
@@ -121,7 +121,7 @@ class TexturedHead:
                 told = self._texture(matches, nearest, pose, points + moved)
                 system, off = system.plus(told.normal), told.off(matches.sigma)
             step = system.step()
-            pose, posture = turned(self.shape, pose, step[:6]), posture + step[6:]
+            pose, posture = shifted(pose, step, self.shape.pivot), posture + step[6:]
             moved_by = moved_by + step
             if np.abs(step[:3]).max() < HEAD_POSE.frame_settled:
                 break

@@ -18,7 +18,7 @@ from abs_engine.core.geometry import FACING, Pose, rotations
 from abs_engine.core.pose import at_base
 from abs_engine.core.settings import GENERAL
 from abs_engine.core.threads import one_thread
-from abs_engine.tracking.head_equations import reach_of
+from abs_engine.tracking.head_equations import Equations, reach_of, without_rest
 from abs_engine.tracking.landmark_jacobian import weighed_residuals
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import (
@@ -31,6 +31,7 @@ from abs_engine.tracking.landmarks import (
     SeenRays,
 )
 from abs_engine.tracking.lip_openings import LipOpenings
+from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.settings.head import HEAD_POSE
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
@@ -107,25 +108,12 @@ class FrameLandmarks:
 
     def _without(self, modes: int) -> InformationPrior:
         """The evidence on the first `modes`, the others integrated out."""
-        kept, rest = np.arange(6 + modes), np.arange(6 + modes, len(self.gradient))
-        own = self.information[np.ix_(rest, rest)] + np.eye(len(rest))
-        gain = np.linalg.solve(own, self.information[np.ix_(rest, kept)])
-        information = self.information[np.ix_(kept, kept)]
-        information = information - self.information[np.ix_(kept, rest)] @ gain
-        pull = self.gradient[rest] + self.posture[modes:]
-        gradient = self.gradient[kept] - pull @ gain
-        held = information + _DAMPING * np.diag(np.diag(information)) + 1e-9 * np.eye(len(kept))
+        kept = 6 + modes
+        pull = np.r_[self.gradient[:kept], self.gradient[kept:] + self.posture[modes:]]
+        information, gradient = without_rest(Equations(self.information, pull), kept)
+        held = information + _DAMPING * np.diag(np.diag(information)) + 1e-9 * np.eye(kept)
         start = at_base(self.posture[:modes])
         return InformationPrior(start - np.linalg.solve(held, gradient), information)
-
-
-@dataclass(frozen=True, eq=False)
-class _Normal:
-    """Normal equations of a frame: information and gradient over (6 + M), and its value."""
-
-    information: FloatArray
-    gradient: FloatArray
-    misfit: float
 
 
 _TOGETHER = np.full(COUNT, LANDMARK_EVIDENCE.others_together)
@@ -174,21 +162,21 @@ def fit_frame(
         if held is not None:
             pose = held.pose
         for _ in range(LANDMARK_EVIDENCE.steps):
-            found = _normal(shape, seen, openings, pose, posture)
+            found, misfit = _normal(shape, seen, openings, pose, posture)
             step = _step(found, posture, held is not None)
-            pose, posture = turned(shape, pose, step[:6]), posture + step[6:]
+            pose, posture = shifted(pose, step, shape.pivot), posture + step[6:]
             if np.abs(np.r_[step[:3], step[6:]]).max() < settled:
                 break
         else:
-            found, step = _normal(shape, seen, openings, pose, posture), np.zeros_like(step)
-    # where the last step, which is short, leads
-    information, gradient = found.information, found.gradient + found.information @ step
+            found, misfit = _normal(shape, seen, openings, pose, posture)
+            step = np.zeros_like(step)
+    information, gradient = found.after(step)  # where the last step, which is short, leads
     if held is not None:
         information[:6, :6] += held.information
-    return FrameLandmarks(pose, posture, information, gradient, found.misfit, held)
+    return FrameLandmarks(pose, posture, information, gradient, misfit, held)
 
 
-def _step(found: _Normal, posture: FloatArray, held: bool) -> FloatArray:
+def _step(found: Equations, posture: FloatArray, held: bool) -> FloatArray:
     """Newton's step (6 + M,); the prior of a posture is a unit Gaussian, a pose has none."""
     own = found.information + np.diag(np.r_[np.zeros(6), np.ones(len(posture))])
     pull = found.gradient + np.r_[np.zeros(6), posture]
@@ -230,16 +218,10 @@ def looking_ahead(shape: LandmarkShape, seen: SeenRays) -> Pose:
     return Pose(rotation, middle - rotation @ shape.mean.mean(axis=0))
 
 
-def turned(shape: LandmarkShape, pose: Pose, step: FloatArray) -> Pose:
-    """A pose after a step (6,) of it: radians about the camera's axes, and mm of the pivot."""
-    turned = rotations(step[None, :3])[0] @ pose.rotation
-    return Pose(turned, pose.apply(shape.pivot) + step[3:] - turned @ shape.pivot)
-
-
 def _normal(
     shape: LandmarkShape, seen: SeenRays, openings: LipOpenings, pose: Pose, posture: FloatArray
-) -> _Normal:
-    """Linearise the landmarks' residuals, mm at the head, in their standard deviations.
+) -> tuple[Equations, float]:
+    """Equations (6 + M) of landmarks' residuals, in standard deviations, and their misfit.
 
     Each counts less where it is hidden, or far off (Cauchy). What the distances between the inner
     lips say is added.
@@ -255,4 +237,4 @@ def _normal(
     said = openings.equations(pose, posture)
     information[6:, 6:] += said.information
     gradient[6:] += said.gradient
-    return _Normal(information, gradient, float(misfit))
+    return Equations(information, gradient), float(misfit)

@@ -37,7 +37,7 @@ class CalibrationFrame:
 
 
 def shifted(pose: Pose, shift: FloatArray, pivot: FloatArray) -> Pose:
-    """`pose` with the constant correction `shift` (6,), radians and mm."""
+    """A pose after a step (6,) of it: radians about the camera's axes, and mm of the pivot."""
     return PoseFrame(pose, pivot).pose(shift)
 
 

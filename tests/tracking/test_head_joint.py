@@ -31,9 +31,9 @@ from abs_engine.tracking.head_joint import _System, fit_jointly
 from abs_engine.tracking.head_pose import hardly_turned, placed_fit
 from abs_engine.tracking.head_problem import HeadProblem, JointHead
 from abs_engine.tracking.head_texture import HeadBody, HeadView, gray_of, match
-from abs_engine.tracking.landmark_fit import turned
 from abs_engine.tracking.landmarks import SeenRays
 from abs_engine.tracking.match_equations import linearised
+from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.scale import (
     known_scale,
     pupil_distance,
@@ -124,7 +124,9 @@ def test_slopes_of_matches_are_those_of_a_step_of_either_pose(which, axis):
     step[axis] = 1e-4 if axis < 3 else 1e-2
 
     def residual(k, sign):
-        poses = [turned(landmarks_of_body(), POSES[n], sign * step * (n == k)) for n in (0, 1)]
+        poses = [
+            shifted(POSES[n], sign * step * (n == k), landmarks_of_body().pivot) for n in (0, 1)
+        ]
         views = [view(n, one, pose=p) for n, p in enumerate(poses)]
         return linearised(one, matches(), *views, CAMERA).residual
 
@@ -410,7 +412,8 @@ def test_a_turn_counts_less_the_farther_it_is_and_the_longer_it_took():
         turn = cv2.Rodrigues(np.radians([0.0, degrees, 0.0]))[0]
         pose = Pose(turn @ before.rotation, before.translation)
         told = hardly_turned(pose, before, interval, 4)
-        back = turned(landmarks_of_body(), pose, -told.gradient[:6] / told.information[0, 0])
+        step = -told.gradient / told.information[0, 0]
+        back = shifted(pose, step, landmarks_of_body().pivot)
         assert turned_by(back, before) < 1e-3
         assert not told.information[3:].any()
         return told.gradient[1]

@@ -14,10 +14,11 @@ from heads import seen_at
 
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.scene import Candidates
-from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame, turned
+from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame
 from abs_engine.tracking.landmark_jacobian import weighed_motion
 from abs_engine.tracking.landmarks import COUNT, INNER_RING, LIPS, MIDDLES, OUTER_RING, Landmarks
 from abs_engine.tracking.lip_landmarks import LipLandmarks
+from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 MODES = 10
@@ -160,7 +161,7 @@ def test_a_pose_that_is_held_stays_and_is_part_of_what_is_told(seed, sure):
     shape, pose, posture = average(), pose_of(seed), 0.7 * posture_of(seed)
     marks = projected(points_of(shape, posture), pose, noise=0.2, seed=seed)
     free = fit_frame(shape, marks, CAMERA)
-    wrong = turned(shape, pose, np.array([0.0, 0.02, 0.0, 0.5, 0.0, 0.0]))
+    wrong = shifted(pose, np.array([0.0, 0.02, 0.0, 0.5, 0.0, 0.0]), shape.pivot)
     held = fit_frame(shape, marks, CAMERA, free, HeldPose(wrong, sure * np.eye(6)))
     alone = fit_frame(shape, marks, CAMERA, free, HeldPose(wrong, np.zeros((6, 6))))
     assert turned_by(held.pose, wrong) < 1e-6
@@ -173,7 +174,7 @@ def test_with_a_held_pose_the_posture_is_the_best_there():
     """The gradient by the posture, its prior included, is nothing there, and by the pose is not."""
     shape, pose = average(), pose_of(4)
     marks = projected(points_of(shape, 0.7 * posture_of(4)), pose, noise=0.2)
-    wrong = turned(shape, pose, np.array([0.01, 0.02, 0.0, 0.5, 0.0, 3.0]))
+    wrong = shifted(pose, np.array([0.01, 0.02, 0.0, 0.5, 0.0, 3.0]), shape.pivot)
     found = fit_frame(shape, marks, CAMERA, held=HeldPose(wrong, np.eye(6)))
     pull = found.gradient + np.r_[np.zeros(6), found.posture]
     scale = np.sqrt(np.diag(found.information))
@@ -298,7 +299,7 @@ def test_landmarks_move_as_their_weighed_motion_says():
     )
 
     def seen(step):
-        moved = turned(shape, pose, step[:6]).apply(points_of(shape, posture + step[6:]))
+        moved = shifted(pose, step, shape.pivot).apply(points_of(shape, posture + step[6:]))
         z = moved[:, 2]
         depth = z - sunk * z.mean()
         return np.column_stack([moved[:, :2] / z[:, None] @ axes.T, depth - depth.mean()]) * weight
