@@ -114,7 +114,8 @@ def _calibrated(
     else:
         given.check(clip.info.frames, camera, model.pivot, held=model.known)
         motion = GivenMotion(given.poses)
-        frames = _frames_of_poses(video, motion, camera, model)
+        shown = motion.in_picture(camera, model.pivot, video)
+        frames = choose_frames(followed(shown, read_frames(video)), str(video), least=0.0)
     faces = [(f.image, _outline(model, f.pose, camera)) for f in frames]
     chromatic, exposure = in_colour(faces), Exposure.of(faces)
     if not (chromatic or model.known):
@@ -144,14 +145,6 @@ def _no_colour(video: Path, exposure: Exposure, boxed: bool) -> ParameterError:
         "leave out what replaces the start from landmarks: --start blobs, --poses, a preset "
         "or a box in which no face is seen",
     )
-
-
-def _frames_of_poses(
-    video: Path, motion: GivenMotion, camera: Camera, model: MouthModel
-) -> list[CalibrationFrame]:
-    """Frames to learn from, of those in whose picture the given poses put the mouth."""
-    seen = motion.in_picture(camera, model.pivot, video)
-    return choose_frames(followed(seen, read_frames(video)), str(video), least=0.0)
 
 
 def mouth_model(speaker: Speaker, person: str | None, physics: Path | None = None) -> MouthModel:

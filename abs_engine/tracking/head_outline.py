@@ -88,7 +88,9 @@ def outline(
     off, found = _edges(profile, beside)
     found &= _away(beside, *skin) < OUTLINE.bare
     further, ear = _ear_edges(profile, skin)
-    ear &= points[:, 2] < _before_ears(body, view)
+    # Ears reach to where the jaw line begins
+    jaw = view.vertices[body.speaker.points["landmark_68"][[0, 16]], 2]
+    ear &= points[:, 2] < float(jaw.mean())
     off, found = np.where(ear, further, off), found | ear
     found &= (points[:, 1] > low) & (points[:, 1] < high)
     if found.sum() < OUTLINE.least:
@@ -133,11 +135,6 @@ def _heights(body: HeadBody, view: HeadView) -> tuple[float, float]:
     marks = view.vertices[body.speaker.points["landmark_68"]]
     chin, brows = marks[8, 1], marks[17:27, 1].max()
     return float(chin) + OUTLINE.above_chin, float(brows) + OUTLINE.above_brows
-
-
-def _before_ears(body: HeadBody, view: HeadView) -> float:
-    """Depth of the head, mm, up to which its ears reach: the jaw line begins there."""
-    return float(view.vertices[body.speaker.points["landmark_68"][[0, 16]], 2].mean())
 
 
 def _rim(drawn: Buffers, apart: int) -> tuple[NDArray[np.int_], FloatArray]:

@@ -92,7 +92,8 @@ def prepare_head(
     _check_made(speaker)
     if not all(own(kind.bind) for kind in leaves.kinds.values()):
         Trial(mouth_model(speaker, None), clip.camera, renderer).check(leaves.kinds)
-    if options.from_landmarks or (speaker.imported and options.placed_by_landmarks):
+    placed = options.start == LANDMARKS and options.poses is None  # by landmarks, known or not
+    if options.from_landmarks or (speaker.imported and placed):
         correspondence = correspondence_of(speaker, renderer)
         try:
             return by_landmarks(clip, speaker, correspondence, renderer, options, leaves, stage)

@@ -133,9 +133,8 @@ def learn_correspondence(speaker: Speaker, sightings: Sequence[Sighting]) -> Cor
             "the landmark network sees no face in drawings of this head",
             "give a head with a texture, or start from colours with --start blobs",
         )
-    about = np.stack([_triangulated(s, sightings, speaker) for s in _shapes(sightings)]).mean(
-        axis=0
-    )
+    shapes = {id(s.vertices): s.vertices for s in sightings}.values()
+    about = np.stack([_triangulated(s, sightings, speaker) for s in shapes]).mean(axis=0)
     nearest = _nearest(speaker.vertices, about)
     corners, weights = np.zeros((COUNT, 3), np.int32), np.zeros((COUNT, 3))
     deviation = np.zeros((COUNT, 3))
@@ -182,11 +181,6 @@ def _candidates(
     middles = speaker.vertices[speaker.faces[facets]].astype(np.float64).mean(axis=1)
     near = facets[np.argsort(np.linalg.norm(middles - about, axis=1))[: LANDMARK_EVIDENCE.tried]]
     return np.repeat(near, len(_BARYCENTRIC)), np.tile(_BARYCENTRIC, (len(near), 1))
-
-
-def _shapes(sightings: Sequence[Sighting]) -> list[FloatArray]:
-    """The heads that were seen, each once."""
-    return list({id(s.vertices): s.vertices for s in sightings}.values())
 
 
 def _triangulated(shape: FloatArray, sightings: Sequence[Sighting], speaker: Speaker) -> FloatArray:

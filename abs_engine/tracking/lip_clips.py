@@ -20,7 +20,7 @@ from abs_engine.core.errors import (
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset.sums import check_distinct, digest
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.face.shape.lip_model import LipModel, lip_model
+from abs_engine.face.shape.lip_model import LipModel
 from abs_engine.face.shape.lip_shell import LipShell
 from abs_engine.face.shape.modal import LearnedPhysics, load_physics
 from abs_engine.face.shape.physics_head import physics_shape
@@ -38,7 +38,7 @@ from abs_engine.tracking.recordings import (
     pose_in,
 )
 from abs_engine.tracking.run_mesh import load_mesh_of
-from abs_engine.tracking.shells import BUNDLED
+from abs_engine.tracking.shells import BUNDLED, person_lips
 from abs_engine.tracking.stated_settings import stated_settings
 
 COLOURS = "colours.npz"
@@ -156,8 +156,7 @@ def lip_clip(
     at = sure[
         np.rint(np.linspace(0, len(sure) - 1, min(LEARNING.clip_most, len(sure)))).astype(int)
     ]
-    own = replace(physics, rest=shell.nodes(first.rest))
-    lips = lip_model(speaker, shell, own, first.rest)
+    lips = person_lips(speaker, shell, physics, first.rest)
     moments = zip(*(run.seen(at, lips, renderer) for run in runs), strict=True)
     return LipClip(lips, tuple(moments), first.tracked[at])
 

@@ -115,11 +115,6 @@ class TrackOptions:
         """Whether the person's head is fitted to landmarks: none is known."""
         return self.start == LANDMARKS and self.person is None
 
-    @property
-    def placed_by_landmarks(self) -> bool:
-        """Whether landmarks may place a head, known or not: no poses are given."""
-        return self.start == LANDMARKS and self.poses is None
-
 
 @dataclass(frozen=True, eq=False)
 class Clip:

@@ -49,11 +49,6 @@ class RunFacts:
     resumed: int = 0
 
 
-def _parts(spent: Mapping[str, float], busy: float) -> dict[str, float]:
-    """Parts on which the seconds of all threads were spent, of so many in all."""
-    return {**spent, "other": max(busy - sum(spent.values()), 0.0)}
-
-
 def _timing(
     facts: RunFacts, frames: int, took: float, parts: Mapping[str, float]
 ) -> dict[str, Any]:
@@ -112,7 +107,9 @@ def write_run(
     classes = setting.face.appearance.get("colour")
     if classes is not None:
         classes.save(folder / COLOURS)
-    timing = _timing(facts, max(1, len(recorder)), took, _parts(setting.clock.seconds, busy))
+    spent = setting.clock.seconds
+    parts = {**spent, "other": max(busy - sum(spent.values()), 0.0)}
+    timing = _timing(facts, max(1, len(recorder)), took, parts)
     write_timing(folder, timing)
     return record, {**written.result(), "timing": timing}
 

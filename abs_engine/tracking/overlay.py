@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
 
 import cv2
 import numpy as np
@@ -83,16 +82,11 @@ class Overlay:
     def __enter__(self) -> Overlay:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         try:
             self._behind.__exit__(kind)
         finally:
-            self._writer.__exit__(kind, error, trace)
+            self._writer.close()
 
 
 class Painter:

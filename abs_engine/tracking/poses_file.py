@@ -196,7 +196,9 @@ def _from_npz(path: Path) -> GivenPoses:
         )
     if not of_run:
         return GivenPoses(path, poses)
-    return GivenPoses(path, poses, _camera_of(path, arrays), _of_average_head(arrays))
+    # Only the average head leaves a person's mouth to be fitted
+    average = "person_weights" in arrays and arrays["person_weights"].size > 0
+    return GivenPoses(path, poses, _camera_of(path, arrays), average)
 
 
 def _real(*arrays: NDArray[Any]) -> bool:
@@ -221,11 +223,6 @@ def _marks(
             "give True or False for each, or leave it out",
         )
     return marks.astype(np.bool_)
-
-
-def _of_average_head(arrays: dict[str, NDArray[Any]]) -> bool:
-    """Whether a run fitted a person's mouth, which only the average head leaves open."""
-    return "person_weights" in arrays and arrays["person_weights"].size > 0
 
 
 def _camera_of(path: Path, arrays: dict[str, NDArray[Any]]) -> Camera | None:

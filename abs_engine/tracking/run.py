@@ -93,23 +93,17 @@ def prepare_clip(clip: Clip, renderer: Renderer, options: TrackOptions, tell: Te
     with one_thread():
         made = made_ready(model, clip, chosen, leaves, renderer, tell)
     driver = {"name": leaves.name, **leaves.driver.settings}
+    file = chosen.model_file
     facts = {
-        "model": chosen.model, **_file_facts(chosen.model_file), "terms": list(leaves.kinds),
-        "driver": driver, "preset": chosen.preset,
+        "model": chosen.model, "model_file": file and file.name,
+        "model_sha256": file and digest(file), "terms": list(leaves.kinds), "driver": driver,
+        "preset": chosen.preset,
     }  # fmt: skip
     remarks = "\n".join([*footage_lines(clip.info), *made.remarks.splitlines()])
     classes = made.setting.face.appearance.get("colour")
     used = classes is not None and usable(clip.colours, classes.chromatic) is not None
     setting = replace(made.setting, hint=GIVEN_COLOURS if used else made.setting.hint)
     return replace(made, setting=setting, facts={**facts, **made.facts}, remarks=remarks)
-
-
-def _file_facts(file: Path | None) -> dict[str, str | None]:
-    """Name and checksum of a model's file; both null where it is named by its kind."""
-    return {
-        "model_file": None if file is None else file.name,
-        "model_sha256": None if file is None else digest(file),
-    }
 
 
 def silent(_stage: str) -> None:

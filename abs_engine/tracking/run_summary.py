@@ -125,22 +125,16 @@ def _by_landmarks(
         arrays[k][asked] for k in ("landmark_distance", "aperture", "landmark_aperture")
     )
     classes: ColourClasses = face.learned("colour")
-    apart = classes.separability
+    apart, agreement = classes.separability, classes.agreement
     return {
         "held_frames": int(held.sum()),
         "landmark_distance_mm": float(np.median(off)),
         "aperture_difference_mm": float(np.sqrt(np.mean((drawn - seen) ** 2))),
         "contradicted_frames": int(against.sum()),
         "separability": dict(apart),
-        "colour_agreement": classes.agreement,
+        "colour_agreement": agreement,
         "colour_weight": classes.weight,
         "warnings": doubts(
-            against,
-            held,
-            apart,
-            classes.agreement,
-            classes.chromatic,
-            classes.exposure,
-            small,
+            against, held, apart, agreement, classes.chromatic, classes.exposure, small
         ),
     }

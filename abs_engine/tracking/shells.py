@@ -18,7 +18,7 @@ from abs_engine.face.base import INNER, RINGS, Body, Face
 from abs_engine.face.head import colour_classes
 from abs_engine.face.rings import lip_rings
 from abs_engine.face.shape.lip_model import COLOUR_OF, LipModel, lip_model
-from abs_engine.face.shape.lip_shell import COLUMNS, cut_lip_shell
+from abs_engine.face.shape.lip_shell import COLUMNS, LipShell, cut_lip_shell
 from abs_engine.face.shape.modal import LearnedPhysics, load_physics
 from abs_engine.face.shape.physics_head import physics_shape
 from abs_engine.fit.head_frame import contact_of
@@ -70,7 +70,7 @@ def prepare_shell(
         )
     tell("cutting the shell")
     rest = head.body.mean if head.body.rest is None else head.body.rest
-    lips = person_lips(speaker, physics, rest)
+    lips = person_lips(speaker, cut_lip_shell(speaker), physics, rest)
     free = None if base.setting.pose_held else BY_BLOB if by_blobs else POSE_DEVIATION
     scene = _with_marks(speaker, lips, rest)
     shell = ShellSetting(lips, scene, classes, clip.camera, renderer, free)
@@ -91,11 +91,11 @@ def _path(options: TrackOptions) -> Path:
     return options.model_file or options.physics or shipped(BUNDLED)
 
 
-def person_lips(speaker: Speaker, physics: LearnedPhysics, rest: NDArray[np.float32]) -> LipModel:
+def person_lips(
+    speaker: Speaker, shell: LipShell, physics: LearnedPhysics, rest: NDArray[np.float32]
+) -> LipModel:
     """Lips of a person whose head at rest is (V, 3) mm, that move as others' were learned to."""
-    shell = cut_lip_shell(speaker)
-    own = replace(physics, rest=shell.nodes(rest))
-    return lip_model(speaker, shell, own, rest)
+    return lip_model(speaker, shell, replace(physics, rest=shell.nodes(rest)), rest)
 
 
 def shell_face(
@@ -112,8 +112,9 @@ def shell_face(
     `physics_shape`. `head` is what the whole head is tracked as: who was fitted, and the person
     without expression.
     """
-    marks, drawn = lip_rings(speaker), len(scene.mean) - _count(speaker)
-    ends = drawn + np.cumsum([len(at) for at in marks.values()])
+    marks = lip_rings(speaker)  # one ring after the other, at the scene's end
+    ends = np.cumsum([len(at) for at in marks.values()])
+    ends += len(scene.mean) - ends[-1]
     rings = {
         name: np.arange(end - len(at), end)
         for (name, at), end in zip(marks.items(), ends, strict=True)
@@ -135,11 +136,6 @@ def shell_face(
         setting.border, _starts(lips.n_modes), COLOUR_OF, body, head.identity,
         own_terms={"colour": colours},
     )  # fmt: skip
-
-
-def _count(speaker: Speaker) -> int:
-    """Number of marks of the lips' contours, all rings one after the other."""
-    return sum(len(at) for at in lip_rings(speaker).values())
 
 
 def _with_marks(speaker: Speaker, lips: LipModel, rest: NDArray[np.float32]) -> Scene:

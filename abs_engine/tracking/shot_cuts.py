@@ -27,7 +27,10 @@ class ShotCuts:
         if now is None:
             return False
         last, self._last = self._last, now
-        return last is not None and _changed(last, now) > DETECTION.most_changed
+        if last is None:
+            return False
+        changed = np.abs(last - now) > DETECTION.change
+        return float(changed.mean()) > DETECTION.most_changed
 
 
 def cut_line(frames: Sequence[int]) -> str:
@@ -61,8 +64,3 @@ def _pattern(image: Image) -> FloatArray | None:
     cells = cells.mean(axis=2, dtype=np.float64)
     spread = float(cells.std())
     return None if spread < DETECTION.plain else (cells - cells.mean()) / spread
-
-
-def _changed(one: FloatArray, other: FloatArray) -> float:
-    """Share of the cells that differ."""
-    return float((np.abs(one - other) > DETECTION.change).mean())

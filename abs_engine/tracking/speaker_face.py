@@ -185,17 +185,14 @@ class SpeakerFace:
         mean, modes = self.expression.mean, self.expression.modes
         body = HeadBody.of(sized, mean, modes[:0], modes, upper_face_modes(sized))
         body = replace(body, pivot=plain.pivot)
+        views = tuple(replace(view, camera=self.camera) for view in self.views)
         textured = TexturedHead(
-            body, plain, self.noise, self._views, camera, for_threads(renderer), self.shift
+            body, plain, self.noise, views, camera, for_threads(renderer), self.shift
         )
         return FittedPerson(
             model, np.zeros(0), textured, shape, plain.deviation, self.classes, self.light,
             self.look, self.posture, self.steps, self.seen if len(self.seen) else None,
         )  # fmt: skip
-
-    @property
-    def _views(self) -> tuple[HeadView, ...]:
-        return tuple(replace(view, camera=self.camera) for view in self.views)
 
     def arrays(self) -> dict[str, Any]:
         """As they are kept in a file."""
