@@ -18,7 +18,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.tracking.landmark_fit import FrameLandmarks, fit_frame
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import EYES, Landmarks
-from abs_engine.tracking.lip_landmarks import LipLandmarks
+from abs_engine.tracking.mouth_landmarks import LipLandmarks
 from abs_engine.tracking.settings.detection import DETECTION
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 

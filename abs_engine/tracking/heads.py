@@ -27,8 +27,8 @@ from abs_engine.tracking.clip_setting import NO_FACE, NO_POSE, ClipSetting
 from abs_engine.tracking.cut_faces import shows_eyes
 from abs_engine.tracking.expected_person import anybody
 from abs_engine.tracking.external_poses import GivenMotion
-from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size
-from abs_engine.tracking.first_look import follower_of
+from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size, follower_of
+from abs_engine.tracking.face_detection import faces_any_way_up
 from abs_engine.tracking.frame_choice import candidate_frames, frames_to_learn, to_learn_from
 from abs_engine.tracking.given_head import GivenHead
 from abs_engine.tracking.head_fit import AverageHead
@@ -37,8 +37,7 @@ from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.landmark_correspondence import Correspondence
 from abs_engine.tracking.landmark_motion import LandmarkMotion
 from abs_engine.tracking.landmarks import Landmarks
-from abs_engine.tracking.lip_landmarks import LipLandmarks
-from abs_engine.tracking.mouth_landmarks import BOTH, MouthLandmarks
+from abs_engine.tracking.mouth_landmarks import BOTH, LipLandmarks, MouthLandmarks
 from abs_engine.tracking.mouth_visibility import ByLook
 from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.person_fit import FittedPerson, fit_person
@@ -47,7 +46,6 @@ from abs_engine.tracking.rendered_landmarks import correspondence_of
 from abs_engine.tracking.run_warnings import no_eyes
 from abs_engine.tracking.scale import Scale, known_scale, pupil_distance, pupil_scale
 from abs_engine.tracking.shifted_motion import ShiftedMotion
-from abs_engine.tracking.turned_faces import faces_any_way_up
 
 
 def prepare_head(

@@ -34,7 +34,7 @@ from abs_engine.tracking.landmark_fit import FrameLandmarks, fit_frame
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import LIPS, Landmarks
 from abs_engine.tracking.light import SkinLight
-from abs_engine.tracking.lip_landmarks import LipLandmarks, LipOutline
+from abs_engine.tracking.mouth_landmarks import LipLandmarks, LipOutline
 from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.placed_mouths import PlacedFrame, PlacedMouths
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE

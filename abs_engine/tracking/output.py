@@ -15,10 +15,9 @@ from abs_engine.core.threads import closed_after, meanwhile, one_thread
 from abs_engine.io.files import png
 from abs_engine.io.inputs import read_json
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.head_picture import HeadKeeper
 from abs_engine.tracking.overlay import Overlay
 from abs_engine.tracking.record import SUMMARY, Record, Recorder
-from abs_engine.tracking.sheet import ContactSheet
+from abs_engine.tracking.run_pictures import ContactSheet, HeadKeeper
 
 OVERLAY, SHEET, COLOURS = "overlay.mp4", "contact_sheet.png", "colours.npz"
 HEAD = "head.png"

@@ -16,10 +16,15 @@ from abs_engine.cli import main
 from abs_engine.core import threads
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.io.video import read_frames
-from abs_engine.tracking import first_look as looks
+from abs_engine.tracking import face_choice as looks
 from abs_engine.tracking import heads
-from abs_engine.tracking.face_choice import LARGEST, FaceChoice, FaceFollower
-from abs_engine.tracking.first_look import first_look, follower_of
+from abs_engine.tracking.face_choice import (
+    LARGEST,
+    FaceChoice,
+    FaceFollower,
+    first_look,
+    follower_of,
+)
 from abs_engine.tracking.settings.preparation import PREPARATION
 
 BLANK = np.full((SIZE[1], 2 * SIZE[0], 3), 100, np.uint8)

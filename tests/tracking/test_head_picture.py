@@ -9,7 +9,7 @@ import pytest
 from runs import lost_result, toy_result, toy_setting
 
 from abs_engine.core.geometry import Pose
-from abs_engine.tracking.head_picture import HeadKeeper, head_picture
+from abs_engine.tracking.run_pictures import HeadKeeper, head_picture
 
 SETTING = toy_setting()
 WALL = np.full((240, 320, 3), (40, 90, 60), np.uint8)

@@ -17,7 +17,7 @@ from abs_engine.core.scene import Candidates
 from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame
 from abs_engine.tracking.landmark_jacobian import weighed_motion
 from abs_engine.tracking.landmarks import COUNT, INNER_RING, LIPS, MIDDLES, OUTER_RING, Landmarks
-from abs_engine.tracking.lip_landmarks import LipLandmarks
+from abs_engine.tracking.mouth_landmarks import LipLandmarks
 from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 

@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 from abs_engine.core.camera import Window
 from abs_engine.core.geometry import Pose
 from abs_engine.io.video import probe, read_frames
-from abs_engine.tracking import sheet as sheets
+from abs_engine.tracking import run_pictures as sheets
 from abs_engine.tracking.contours import LOST, LOWER, OUTER, UPPER, LipDrawing, cut
 from abs_engine.tracking.overlay import STRIP_HEIGHT, Overlay, Painter
-from abs_engine.tracking.sheet import ContactSheet
+from abs_engine.tracking.run_pictures import ContactSheet
 
 GREY = np.full((SIZE[1], SIZE[0], 3), 90, np.uint8)
 

@@ -8,8 +8,7 @@ from drawn import drawn
 from heads import SIZE
 
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
-from abs_engine.tracking.face_detection import MARKS
-from abs_engine.tracking.turned_faces import faces_any_way_up, faces_turned
+from abs_engine.tracking.face_detection import MARKS, faces_any_way_up, faces_turned
 
 BLANK = np.full((SIZE[1], SIZE[0], 3), 100, np.uint8)
 
@@ -54,7 +53,7 @@ def test_upright_faces_are_looked_for_once(monkeypatch):
     image = drawn("clara")
     calls = []
     monkeypatch.setattr(
-        "abs_engine.tracking.turned_faces.faces_turned",
+        "abs_engine.tracking.face_detection.faces_turned",
         lambda *given, **_: calls.append(given) or [],
     )
     assert len(faces_any_way_up(image)) == 1

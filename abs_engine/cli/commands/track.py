@@ -144,8 +144,7 @@ def track(chosen: Chosen) -> Done:
 
     from abs_engine.core.threads import begin
     from abs_engine.tracking import beforehand
-    from abs_engine.tracking.face_choice import FaceChoice
-    from abs_engine.tracking.first_look import first_look
+    from abs_engine.tracking.face_choice import FaceChoice, first_look
 
     usual = chosen.model is None and chosen.preset is None and chosen.start != "blobs"
     usual &= not chosen.worn
