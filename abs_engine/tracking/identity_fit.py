@@ -11,10 +11,8 @@ from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import GaussianPrior, Prior
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import IDENTITY, POSE, Blocks
-from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import PoseFrame, at_base, no_correction, pose_and
-from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.evidence import Term
@@ -24,8 +22,7 @@ from abs_engine.fit.shared import SharedProblem, shared_blocks
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.optimise.newton import Newton
-from abs_engine.tracking.calibration_views import Stand
-from abs_engine.tracking.mouth_search import CalibrationFrame, place_mouth, shifted
+from abs_engine.tracking.calibration_views import Stand, place_mouth
 from abs_engine.tracking.settings.preparation import PREPARATION
 
 SEEN_DEVIATION = np.array(PREPARATION.seen_deviation)
@@ -56,95 +53,76 @@ class Calibration:
     expressions: FloatArray
 
 
-def shift_deviation(
-    model: MouthModel, frames: Sequence[CalibrationFrame], seen: bool
-) -> FloatArray:
+def shift_deviation(stand: Stand, seen: bool) -> FloatArray:
     """Standard deviations (6,) of the constant correction of the poses, radians and mm."""
-    if model.known:
+    if stand.model.known:
         return ALIGNED_DEVIATION
-    depth = float(np.median([f.pose.translation[2] for f in frames]))
-    return np.asarray((SEEN_DEVIATION if seen else TOLD_DEVIATION) * np.r_[np.ones(5), depth])
+    each = SEEN_DEVIATION if seen else TOLD_DEVIATION
+    return np.asarray(each * np.r_[np.ones(5), stand.depth])
 
 
-def calibrate(
-    model: MouthModel,
-    frames: Sequence[CalibrationFrame],
-    camera: Camera,
-    renderer: Renderer,
-    known: ColourClasses | None = None,
-    begin: FloatArray | None = None,
-    seen: bool = True,
-) -> Calibration:
-    """Fit the person's mouth and the clip's colours by turns.
+def calibrate(stand: Stand, known: ColourClasses | None = None, seen: bool = True) -> Calibration:
+    """Fit the person's mouth and the clip's colours by turns, from the person of a stand.
 
     Each round learns the colours from where the model now stands, fits every frame's posture, then
     one person and one pose correction to all of the frames together. In the first, an unknown mouth
     is looked for by colours that anybody's lips have beside such skin.
 
-    With `known` colours only the mouth is fitted. It begins with the person `begin` (Q,), by
-    default the average. `seen` is whether the poses are those of faces that were found in several
-    frames.
+    With `known` colours only the mouth is fitted. `seen` is whether the poses are those of faces
+    that were found in several frames.
 
     Raises
     ------
     FaceNotFoundError, TooFewPixelsError
         If the frames do not show enough of skin and lips to learn from.
     """
-    vectors = np.tile(at_base(model.prototypes[2]), (len(frames), 1))
-    person, shift = np.zeros(model.n_person) if begin is None else begin, no_correction()
-    deviation = shift_deviation(model, frames, seen)
+    model, poses = stand.model, [frame.pose for frame in stand.frames]
+    vectors = np.tile(at_base(model.prototypes[2]), (len(poses), 1))
+    deviation = shift_deviation(stand, seen)
     for turn in range(len(PREPARATION.view_rounds)):
-        stand = Stand(model, frames, camera, renderer, shift, person)
         if turn == 0 and not model.known:
-            classes = known or replace(stand, more=PREPARATION.searched_more).learned(vectors, 0)
-            shift = place_mouth(model, frames, classes, camera, renderer, deviation, person)
-            stand = replace(stand, shift=shift)
+            wide = replace(stand, more=PREPARATION.searched_more)
+            classes = known or wide.learned(vectors, 0)
+            stand = replace(stand, shift=place_mouth(stand, classes, deviation))
         classes = known or stand.learned(vectors, turn)
         terms = stand.terms(classes)
         if turn < len(PREPARATION.depths) and not model.known:
-            shift = _choose_depth(
-                model, frames, terms, shift, person, vectors, deviation, PREPARATION.depths[turn]
-            )
-        bases = [PoseFrame(pose, model.pivot) for pose in replace(stand, shift=shift).poses]
-        fits = zip(terms, bases, vectors, strict=True)
-        vectors = np.stack([fit_posture(model, t, b, person, v).x for t, b, v in fits])
-        poses = [frame.pose for frame in frames]
+            shift = _best_depth(stand, terms, vectors, deviation, PREPARATION.depths[turn])
+            stand = replace(stand, shift=shift)
+        fits = zip(terms, stand.bases, vectors, strict=True)
+        vectors = np.stack([fit_posture(model, t, b, stand.person, v).x for t, b, v in fits])
         joint = person_problem(model, poses, [{COLOUR: t} for t in terms], vectors, deviation)
-        start = joint.blocks.vector({POSE: shift, IDENTITY: person})
+        start = joint.blocks.vector({POSE: stand.shift, IDENTITY: stand.person})
         solver = Simplex(PREPARATION.joint_tolerance, PREPARATION.joint_limit)
         found = solver.minimise(joint, start, joint.spec).x
         shift, person = (joint.blocks.part(found, name) for name in (POSE, IDENTITY))
-    return Calibration(person, shift, classes, vectors)
+        stand = replace(stand, shift=shift, person=person)
+    return Calibration(stand.person, stand.shift, classes, vectors)
 
 
-def _choose_depth(
-    model: MouthModel,
-    frames: Sequence[CalibrationFrame],
+def _best_depth(
+    stand: Stand,
     terms: Sequence[FacetLikelihood],
-    shift: FloatArray,
-    person: FloatArray,
     vectors: FloatArray,
     deviation: FloatArray,
     steps: Sequence[float],
 ) -> FloatArray:
-    """The depth at which a few frames are explained best once their postures are fitted.
+    """Correction of the poses by which a few frames are explained best, their postures fitted.
 
     Depth and posture trade against each other, so fitting them by turns creeps; trying depths
     and fitting the postures at each does not.
     """
-    prior = GaussianPrior(no_correction(), deviation)
-    some = np.unique(np.linspace(0, len(frames) - 1, PREPARATION.depth_frames).round().astype(int))
+    prior, last = GaussianPrior(no_correction(), deviation), len(stand.frames) - 1
+    some = np.unique(np.linspace(0, last, PREPARATION.depth_frames).round().astype(int))
 
     def cost(candidate: FloatArray) -> float:
-        total = prior.negative_log(candidate)
+        total, there = prior.negative_log(candidate), replace(stand, shift=candidate)
         for k in some:
-            base = shifted(frames[k].pose, candidate, model.pivot)
-            frame = PoseFrame(base, model.pivot)
-            total += fit_posture(model, terms[k], frame, person, vectors[k]).value
+            given = terms[k], there.bases[k], stand.person, vectors[k]
+            total += fit_posture(stand.model, *given).value
         return total
 
-    depth = float(np.median([frame.pose.translation[2] for frame in frames]))
-    tries = [shift + np.array([0, 0, 0, 0, 0, share * depth]) for share in steps]
+    tries = [stand.shift + np.array([0, 0, 0, 0, 0, share * stand.depth]) for share in steps]
     return np.asarray(tries[int(np.argmin([cost(t) for t in tries]))], np.float64)
 
 

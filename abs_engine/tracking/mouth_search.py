@@ -7,15 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from abs_engine.compare.prior import GaussianPrior
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
-from abs_engine.core.pose import PoseFrame, no_correction
-from abs_engine.core.scene import Renderer
-from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.core.pose import PoseFrame
 from abs_engine.face.head import MouthModel
-from abs_engine.fit.head_frame import class_maps, likelihood_of, mouth_window
 from abs_engine.tracking.face_detection import find_face
 from abs_engine.tracking.initial_pose import face_marks, pose_of_face
 from abs_engine.tracking.settings.preparation import PREPARATION
@@ -74,59 +70,3 @@ def shift_of_faces(
             turn = Pose(pose.rotation @ frame.pose.rotation.T, np.zeros(3)).rotation_vector
             shifts.append(np.concatenate([turn, move]))
     return np.median(shifts, axis=0) if 2 * len(shifts) >= len(frames) else None
-
-
-def place_mouth(
-    model: MouthModel,
-    frames: Sequence[CalibrationFrame],
-    classes: ColourClasses,
-    camera: Camera,
-    renderer: Renderer,
-    deviation: FloatArray,
-    person: FloatArray,
-) -> FloatArray:
-    """Coarse search of a person's mouth's place and size about where the poses put it.
-
-    What the drawn mouth of the person (Q,) covers is compared with what skin would explain there:
-    nothing is gained by drawing it larger than the part of the picture that is looked at, or beside
-    it. `deviation` (6,), radians and mm, is how far the poses may be off.
-
-    Returns
-    -------
-    (6,) float64
-        Constant correction of the poses, radians and mm.
-    """
-    across, down = PREPARATION.searched * deviation[3:5]
-    grid = np.array(
-        [
-            [0, 0, 0, dx, dy, dz * deviation[5]]
-            for dx in _to_both_sides(across, PREPARATION.search_steps[0])
-            for dy in _to_both_sides(down, PREPARATION.search_steps[1])
-            for dz in PREPARATION.search_depths
-        ]
-    )
-    # closed, open and widely open: the coarsest choice of what a mouth may look like
-    postures = np.hstack([model.prototypes, np.tile(person, (len(model.prototypes), 1))])
-    total = np.zeros(len(grid))
-    for frame in frames:
-        base = PoseFrame(frame.pose, model.pivot)
-        window = mouth_window(model, frame.pose, camera, person, PREPARATION.searched_more)
-        maps = class_maps(classes, model.colour_classes, window, frame.image)
-        skin = maps.maps[model.colour_classes.index("skin")]
-        term = replace(likelihood_of(renderer, model.scene, camera, window, maps), outside=skin)
-        values = [
-            term.negative_log(base.candidates(grid, np.tile(b, (len(grid), 1))))
-            for b in postures[[0, 2, 4]]
-        ]
-        total += np.min(values, axis=0)
-    prior = GaussianPrior(no_correction(), deviation)
-    total = total * PREPARATION.frames_together / len(frames) + np.array(
-        [prior.negative_log(g) for g in grid]
-    )
-    return np.asarray(grid[int(np.argmin(total))])
-
-
-def _to_both_sides(reach: float, step: float) -> FloatArray:
-    """Steps to `reach` and from it, 0 among them."""
-    count = np.ceil(reach / step)
-    return np.asarray(step * np.arange(-count, count + 1))

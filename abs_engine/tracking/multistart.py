@@ -15,17 +15,18 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import FaceNotFoundError, TooFewPixelsError
-from abs_engine.core.pose import PoseFrame, no_correction
+from abs_engine.core.pose import no_correction
 from abs_engine.core.scene import Renderer
 from abs_engine.core.settings import GENERAL
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES, features
 from abs_engine.face.head import MouthModel
-from abs_engine.fit.head_frame import class_maps, likelihood_of, mouth_window
+from abs_engine.fit.head_frame import class_maps, likelihood_of
 from abs_engine.fit.settings import HEAD_FIT
+from abs_engine.tracking.calibration_views import Stand
 from abs_engine.tracking.identity_fit import Calibration, calibrate
-from abs_engine.tracking.mouth_search import CalibrationFrame, moved, shift_of_faces, shifted
+from abs_engine.tracking.mouth_search import CalibrationFrame, moved, shift_of_faces
 from abs_engine.tracking.settings.preparation import PREPARATION
 
 FULLER = {
@@ -57,57 +58,49 @@ def calibrate_well(
     """
     faces = None if model.known or placed else shift_of_faces(model, frames, camera)
     begin, seen = no_correction() if faces is None else faces, faces is not None
-    frames = moved(frames, begin, model.pivot)
-    first = calibrate(model, frames, camera, renderer, known=colours, seen=seen)
+    frames, nobody = moved(frames, begin, model.pivot), np.zeros(model.n_person)
+    stand = Stand(model, frames, camera, renderer, no_correction(), nobody)
+    first = calibrate(stand, colours, seen)
     if model.known:
         return replace(first, shift=first.shift + begin)
-    score = explained(model, frames, camera, renderer, first)
-    starts: list[tuple[float, float, NDArray[np.float64] | None]] = [(*PREPARATION.higher, None)]
+    score = explained(stand, first)
+    starts: list[tuple[float, float, FloatArray]] = [(*PREPARATION.higher, nobody)]
     if score < PREPARATION.good_score:
-        starts += [(0.0, 0.0, model.person(FULLER)), (*PREPARATION.lower, None)]
+        starts += [(0.0, 0.0, model.person(FULLER)), (*PREPARATION.lower, nobody)]
     if score < PREPARATION.poor_score:
-        starts += [(*move, None) for move in PREPARATION.nearer_and_farther]
+        starts += [(*move, nobody) for move in PREPARATION.nearer_and_farther]
     tried = [first]
-    depth = float(np.median([frame.pose.translation[2] for frame in frames]))
     for down, away, person in starts:
-        move = np.array([0.0, 0.0, 0.0, 0.0, down, away * depth])
-        there = moved(frames, move, model.pivot)
+        move = np.array([0.0, 0.0, 0.0, 0.0, down, away * stand.depth])
+        there = replace(stand, frames=moved(frames, move, model.pivot), person=person)
         try:
-            found = calibrate(model, there, camera, renderer, colours, person, seen)
+            found = calibrate(there, colours, seen)
         except (FaceNotFoundError, TooFewPixelsError):
             continue  # nothing to learn from there; the first attempt stands
         tried.append(replace(found, shift=found.shift + move))
-    best = tried[int(np.argmax(log_evidence(model, frames, tried, camera, renderer)))]
+    best = tried[int(np.argmax(log_evidence(stand, tried)))]
     return replace(best, shift=best.shift + begin)
 
 
-def explained(
-    model: MouthModel,
-    frames: Sequence[CalibrationFrame],
-    camera: Camera,
-    renderer: Renderer,
-    calibration: Calibration,
-) -> float:
+def _by(stand: Stand, found: Calibration) -> Stand:
+    """Places of the mouths as a calibration has them."""
+    return replace(stand, shift=found.shift, person=found.person)
+
+
+def explained(stand: Stand, found: Calibration) -> float:
     """Mean probability of the drawn classes over the frames, 0 to 1; see `FrameResult.score`."""
-    scores: list[NDArray[np.float64]] = []
-    scene = model.held(calibration.person)
-    for frame, vector in zip(frames, calibration.expressions, strict=True):
-        base = PoseFrame(shifted(frame.pose, calibration.shift, model.pivot), model.pivot)
-        window = mouth_window(model, base.base, camera, calibration.person)
-        maps = class_maps(calibration.classes, model.colour_classes, window, frame.image)
-        term = likelihood_of(renderer, scene, camera, window, maps)
+    model, placed, scores = stand.model, _by(stand, found), list[NDArray[np.float64]]()
+    scene = model.held(found.person)
+    each = zip(stand.frames, placed.windows, placed.bases, found.expressions, strict=True)
+    for frame, window, base, vector in each:
+        maps = class_maps(found.classes, model.colour_classes, window, frame.image)
+        term = likelihood_of(stand.renderer, scene, stand.camera, window, maps)
         value = term.negative_log(base.candidates(vector[None]))
         scores.append(np.exp(-value / term.observations))
     return float(np.mean(scores))
 
 
-def log_evidence(
-    model: MouthModel,
-    frames: Sequence[CalibrationFrame],
-    calibrations: Sequence[Calibration],
-    camera: Camera,
-    renderer: Renderer,
-) -> FloatArray:
+def log_evidence(stand: Stand, tried: Sequence[Calibration]) -> FloatArray:
     """Mean log density (K,) of a pixel about all mouths under each calibration of their poses.
 
     The probability of a class given a colour (eq. 6) compares the classes of one calibration, and
@@ -116,35 +109,20 @@ def log_evidence(
     density of their colours, in units of `features`, in the class that is drawn there, and by
     skin's where none is.
     """
-    of_frames = [
-        _of_frame(model, frame, k, calibrations, camera, renderer) for k, frame in enumerate(frames)
-    ]
-    return np.asarray(np.mean(of_frames, axis=0), np.float64)
+    placed = [(_by(stand, found), found) for found in tried]
+    each = [_of_frame(k, placed) for k in range(len(stand.frames))]
+    return np.asarray(np.mean(each, axis=0), np.float64)
 
 
-def _of_frame(
-    model: MouthModel,
-    frame: CalibrationFrame,
-    number: int,
-    calibrations: Sequence[Calibration],
-    camera: Camera,
-    renderer: Renderer,
-) -> FloatArray:
+def _of_frame(k: int, placed: Sequence[tuple[Stand, Calibration]]) -> FloatArray:
     """Mean log densities (K,) of the frame with this number."""
-    pivot = model.pivot
-    bases = [PoseFrame(shifted(frame.pose, c.shift, pivot), pivot) for c in calibrations]
-    window = _around(
-        [
-            mouth_window(model, b.base, camera, c.person)
-            for b, c in zip(bases, calibrations, strict=True)
-        ]
-    )
-    patch = sampled(window, frame.image)
-    values = []
-    for base, found in zip(bases, calibrations, strict=True):
-        posture = base.candidates(found.expressions[number][None])
-        drawn = renderer.draw(model.held(found.person), posture, camera, window)[0]
-        density = _density(model, found.classes, drawn, patch)
+    window = _around([stand.windows[k] for stand, _ in placed])
+    patch, values = sampled(window, placed[0][0].frames[k].image), []
+    for stand, found in placed:
+        posture = stand.bases[k].candidates(found.expressions[k][None])
+        scene = stand.model.held(found.person)
+        drawn = stand.renderer.draw(scene, posture, stand.camera, window)[0]
+        density = _density(stand.model, found.classes, drawn, patch)
         values.append(np.log((1 - PREPARATION.strange) * density + PREPARATION.strange).mean())
     return np.array(values, np.float64)
 

@@ -9,13 +9,13 @@ from heads import SIZE, colours_of, face_of, head_of, picture_of, seen_at
 from abs_engine.core.camera import Camera
 from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking import mouth_search
+from abs_engine.tracking import calibration_views, mouth_search
 from abs_engine.tracking.blob_start import mouth_model
+from abs_engine.tracking.calibration_views import Stand, place_mouth
 from abs_engine.tracking.initial_pose import face_marks
 from abs_engine.tracking.mouth_search import (
     CalibrationFrame,
     moved,
-    place_mouth,
     shift_of_faces,
     shifted,
 )
@@ -69,6 +69,10 @@ def test_faces_that_are_few_or_far_off_do_not_count(model, monkeypatch, poses):
     assert shift_of(model, monkeypatch, poses) is None
 
 
+def stand_of(model, frames):
+    return Stand(model, frames, CAMERA, CpuRenderer(), np.zeros(6), np.zeros(model.n_person))
+
+
 @pytest.mark.parametrize(
     ("person", "wrong"),
     [("clara", (6.0, 18.0, 0.0)), ("kofi", (-6.0, -18.0, 0.0)), ("kofi", (0.0, 15.0, 40.0))],
@@ -80,9 +84,7 @@ def test_the_mouth_is_found_by_its_colours(model, person, wrong):
     shift = np.r_[np.zeros(3), wrong]
     frames = moved([CalibrationFrame(image, POSE)], shift, model.pivot)
     classes = colours_of(known, POSE, CAMERA)
-    found = place_mouth(
-        model, frames, classes, CAMERA, CpuRenderer(), DEVIATION, np.zeros(model.n_person)
-    )
+    found = place_mouth(stand_of(model, frames), classes, DEVIATION)
     left = off(model, moved(frames, found, model.pivot)[0], wanted)
     assert abs(left[0]) < 6.0
     assert abs(left[1]) < 8.0
@@ -94,17 +96,14 @@ def test_a_mouth_that_is_not_seen_is_neither_grown_nor_hidden(model):
     skin = classes.mixtures["skin"].means[0, :2]
     colour = 255 * np.array([*skin, 1 - skin.sum()]) / skin.max() * 0.7
     image = np.full((SIZE[1], SIZE[0], 3), colour).astype(np.uint8)
-    found = place_mouth(
-        model, [CalibrationFrame(image, POSE)], classes, CAMERA, CpuRenderer(), DEVIATION,
-        np.zeros(model.n_person),
-    )  # fmt: skip
+    found = place_mouth(stand_of(model, [CalibrationFrame(image, POSE)]), classes, DEVIATION)
     assert abs(found[4]) <= 6.0
     assert abs(found[5]) <= 1.2 * DEVIATION[5]
 
 
 @pytest.mark.parametrize(("reach", "step"), [(12.0, 3.0), (20.0, 3.0), (0.5, 4.0)])
 def test_where_the_mouth_was_told_is_searched_too_and_both_sides_alike(reach, step):
-    steps = mouth_search._to_both_sides(reach, step)
+    steps = calibration_views._to_both_sides(reach, step)
     assert 0 in steps
     np.testing.assert_array_equal(steps, -steps[::-1])
     assert reach <= steps.max() < reach + step

@@ -12,6 +12,7 @@ from runs import toy_model, toy_setting
 from abs_engine.core.errors import TooFewPixelsError
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.tracking import multistart
+from abs_engine.tracking.calibration_views import Stand
 from abs_engine.tracking.identity_fit import Calibration, shift_deviation
 from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
 from abs_engine.tracking.multistart import calibrate_well
@@ -32,14 +33,14 @@ def attempt(monkeypatch, scores, model=MODEL):
     """
     tried = []
 
-    def calibrate(_model, frames, _camera, _renderer, known=None, begin=None, seen=True):
-        tried.append(frames[0].pose)
-        assert (begin is not None and begin[1:3].min() > 0.5) == (len(tried) == 3)
+    def calibrate(stand, known=None, seen=True):
+        tried.append(stand.frames[0].pose)
+        assert ((stand.person[1:3] > 0.5).sum() == 2) == (len(tried) == 3)
         return Calibration(np.full(1, len(tried)), OWN, SimpleNamespace(), np.zeros((1, 16)))
 
     monkeypatch.setattr(multistart, "calibrate", calibrate)
     monkeypatch.setattr(multistart, "explained", lambda *a: scores[int(a[-1].person[0]) - 1])
-    monkeypatch.setattr(multistart, "log_evidence", lambda _m, _f, given, *_: scores[: len(given)])
+    monkeypatch.setattr(multistart, "log_evidence", lambda _stand, given: scores[: len(given)])
     return calibrate_well(model, FRAMES, SETTING.camera, SETTING.renderer), tried
 
 
@@ -81,33 +82,33 @@ def test_a_known_head_is_not_looked_for_elsewhere(monkeypatch):
 def test_a_place_that_was_told_stays_and_leaves_more_open(monkeypatch, placed):
     faces, given = np.array([0.0, 0.1, 0.2, 10.0, 20.0, 30.0]), []
 
-    def calibrate(_model, frames, _camera, _renderer, known=None, begin=None, seen=True):
-        given.append((frames[0].pose, seen))
+    def calibrate(stand, known=None, seen=True):
+        given.append((stand.frames[0].pose, seen))
         return Calibration(np.zeros(1), OWN, SimpleNamespace(), np.zeros((1, 16)))
 
     monkeypatch.setattr(multistart, "shift_of_faces", lambda *_: faces)
     monkeypatch.setattr(multistart, "calibrate", calibrate)
     monkeypatch.setattr(multistart, "explained", lambda *_: PREPARATION.good_score)
-    monkeypatch.setattr(multistart, "log_evidence", lambda _m, _f, given, *_: np.zeros(len(given)))
+    monkeypatch.setattr(multistart, "log_evidence", lambda _stand, given: np.zeros(len(given)))
     calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer, placed=placed)
     there = POSE if placed else shifted(POSE, faces, MODEL.pivot)
     assert [seen for _, seen in given] == [not placed] * 2
     np.testing.assert_allclose(given[0][0].translation, there.translation)
     np.testing.assert_allclose(given[0][0].rotation, there.rotation)
-    frames = FRAMES * 2
-    assert (shift_deviation(MODEL, frames, True) < shift_deviation(MODEL, frames, False)).all()
+    stand = Stand(MODEL, FRAMES * 2, SETTING.camera, SETTING.renderer, OWN, np.zeros(1))
+    assert (shift_deviation(stand, True) < shift_deviation(stand, False)).all()
 
 
 def test_known_colours_are_not_learned_again(monkeypatch):
     given = []
 
-    def calibrate(_model, _frames, _camera, _renderer, known=None, begin=None, seen=True):
+    def calibrate(_stand, known=None, seen=True):
         given.append(known)
         return Calibration(np.zeros(1), OWN, known, np.zeros((1, 16)))
 
     monkeypatch.setattr(multistart, "calibrate", calibrate)
     monkeypatch.setattr(multistart, "explained", lambda *_: 0.1)
-    monkeypatch.setattr(multistart, "log_evidence", lambda _m, _f, given, *_: np.zeros(len(given)))
+    monkeypatch.setattr(multistart, "log_evidence", lambda _stand, given: np.zeros(len(given)))
     colours = SimpleNamespace()
     found = calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer, colours)
     assert found.classes is colours
@@ -117,7 +118,7 @@ def test_known_colours_are_not_learned_again(monkeypatch):
 def test_a_start_without_colours_to_learn_is_left_out(monkeypatch):
     tried = []
 
-    def calibrate(_model, _frames, _camera, _renderer, known=None, begin=None, seen=True):
+    def calibrate(_stand, known=None, seen=True):
         tried.append(known)
         if len(tried) in (2, 4):
             raise TooFewPixelsError("only 3 pixels show lips", "give a larger face")
@@ -126,7 +127,7 @@ def test_a_start_without_colours_to_learn_is_left_out(monkeypatch):
     monkeypatch.setattr(multistart, "calibrate", calibrate)
     monkeypatch.setattr(multistart, "explained", lambda *_: 0.1)
     monkeypatch.setattr(
-        multistart, "log_evidence", lambda _m, _f, given, *_: [c.person[0] for c in given]
+        multistart, "log_evidence", lambda _stand, given: [c.person[0] for c in given]
     )
     found = calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer)
     assert len(tried) == 1 + len(STARTS)

@@ -14,6 +14,7 @@ from abs_engine.core.pose import PoseFrame
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES, features
 from abs_engine.face.appearance.mixture import Mixture
+from abs_engine.tracking.calibration_views import Stand
 from abs_engine.tracking.identity_fit import Calibration
 from abs_engine.tracking.mouth_search import CalibrationFrame
 from abs_engine.tracking.multistart import log_evidence
@@ -64,7 +65,8 @@ def calibration(prototype, known, down=0.0):
 
 
 def evidence(frames, *calibrations):
-    return log_evidence(MODEL, frames, calibrations, CAMERA, RENDERER)
+    stand = Stand(MODEL, frames, CAMERA, RENDERER, np.zeros(6), NOBODY)
+    return log_evidence(stand, calibrations)
 
 
 def test_the_right_posture_is_more_probable_than_others(frames):
