@@ -16,7 +16,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.tracking.blobs import LipBlob, LipPrior, find_lips
-from abs_engine.tracking.frame_state import HeadFrame, Memory, Motion
+from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory, Motion
 from abs_engine.tracking.settings.blobs import BLOB_START
 
 
@@ -116,7 +116,7 @@ class BlobMotion:
         return BlobFollower(self)
 
 
-class BlobFollower:
+class BlobFollower(Follower):
     """Follows the lips' blob, one frame after the other."""
 
     def __init__(self, motion: BlobMotion) -> None:
@@ -140,6 +140,3 @@ class BlobFollower:
         move = centre - camera.project(mouth)
         across = move * mouth[2] / np.diag(camera.matrix)[:2]
         return Pose(held.rotation, held.translation + np.r_[across, 0.0])
-
-    def finish(self) -> None:
-        """Any number of frames will do."""

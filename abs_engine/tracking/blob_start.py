@@ -27,6 +27,7 @@ from abs_engine.tracking.blob_visibility import ByBlob, MouthEvidence
 from abs_engine.tracking.clip_setting import NO_FACE, NO_POSE, ClipSetting
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.frame_choice import choose_frames
+from abs_engine.tracking.frame_state import ShiftedMotion
 from abs_engine.tracking.head_frame import HeadBinder
 from abs_engine.tracking.head_tracking import HeadMotion, followed
 from abs_engine.tracking.identity_fit import Calibration
@@ -37,7 +38,6 @@ from abs_engine.tracking.multistart import calibrate_well
 from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.poses_file import read_poses
 from abs_engine.tracking.scale import known_scale, pupil_distance
-from abs_engine.tracking.shifted_motion import ShiftedMotion
 
 
 def by_blobs(

@@ -1,4 +1,4 @@
-"""The state of a frame before it is fitted, and the memory carried from frame to frame."""
+"""The state of a frame before it is fitted, memory carried between frames, and head motions."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from abs_engine.fit.evidence import Term
 from abs_engine.tracking.blobs import LipBlob
 from abs_engine.tracking.landmark_fit import FrameLandmarks
 from abs_engine.tracking.landmarks import Landmarks
+from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 
@@ -107,13 +108,8 @@ class Memory:
 
     def after(self, pose: Pose, vector: FloatArray, move: FloatArray, value: float) -> Memory:
         """State after a frame that was fitted."""
-        return replace(
-            self,
-            vector=vector,
-            pose=pose,
-            move=move,
-            values=(*self.values, value)[-FRAME_LOOP.recent :],
-        )
+        values = (*self.values, value)[-FRAME_LOOP.recent :]
+        return replace(self, vector=vector, pose=pose, move=move, values=values)
 
     def lost(self) -> Memory:
         """State after a frame without a fit."""
@@ -128,14 +124,14 @@ class Follower(Protocol):
         ...
 
     def finish(self) -> None:
-        """Say that there are no more frames.
+        """Say that there are no more frames; by default any number will do.
 
         Raises
         ------
         ParameterError
             If there should have been.
         """
-        ...
+        return
 
 
 class Motion(Protocol):
@@ -144,3 +140,50 @@ class Motion(Protocol):
     def follower(self) -> Follower:
         """Follower of the head from the first frame on."""
         ...
+
+
+@dataclass(frozen=True, eq=False)
+class ShiftedMotion:
+    """A motion whose poses are all off by the same.
+
+    Parameters
+    ----------
+    motion : Motion
+    shift : (6,) float64
+        The correction, radians and mm.
+    pivot : (3,) float64, mm, head frame
+        What it turns about.
+    """
+
+    motion: Motion
+    shift: FloatArray
+    pivot: FloatArray
+
+    @property
+    def alone(self) -> bool:
+        """Whether it may be followed in a thread of its own, ahead of the fits."""
+        return bool(getattr(self.motion, "alone", False))
+
+    def follower(self) -> ShiftedFollower:
+        """Follower of the head from the first frame on."""
+        return ShiftedFollower(self.motion.follower(), self.shift, self.pivot)
+
+
+@dataclass(frozen=True, eq=False)
+class ShiftedFollower:
+    """Corrects what another follower finds."""
+
+    own: Follower
+    shift: FloatArray
+    pivot: FloatArray
+
+    def step(self, image: Image, memory: Memory) -> HeadFrame:
+        """The next frame with the head's corrected pose."""
+        found = self.own.step(image, memory)
+        if found.pose is None:
+            return found
+        return found._replace(pose=shifted(found.pose, self.shift, self.pivot))
+
+    def finish(self) -> None:
+        """Say that there are no more frames."""
+        self.own.finish()

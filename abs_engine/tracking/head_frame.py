@@ -16,7 +16,6 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.pose import PoseFrame, at_base, free_blocks, joined
 from abs_engine.core.scene import Renderer
-from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import Face, lip_gap
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.evidence import Term
@@ -71,17 +70,6 @@ class HeadBinder:
     steps: FloatArray | None = None
     seen: FloatArray | None = None
 
-    @property
-    def classes(self) -> ColourClasses:
-        """The clip's colour classes."""
-        classes: ColourClasses = self.face.learned("colour")
-        return classes
-
-    @property
-    def person(self) -> FloatArray:
-        """Fitted parameters of the person, (Q,)."""
-        return self.face.identity
-
     def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
         """Objective of a frame whose head is about a pose, and the start of its search."""
         model, last = self.model, memory.vector
@@ -94,7 +82,9 @@ class HeadBinder:
         elif terms is None:
             start = next((x for x in (told, last) if x is not None), at_base(model.prototypes[0]))
             terms = self._terms(frame, base, told, start)
-        beside = () if frame.face is None else marks.beside(frame, self.classes.outdoing)
+        beside: tuple[Prior, ...] = ()
+        if frame.face is not None:
+            beside = marks.beside(frame, self.face.learned("colour").outdoing)
         problem = self._problem(base, terms, (*priors, *beside))
         known = [x for x in (last, told) if x is not None]
         # Beside both, a usual posture was best in 1 of 430 frames, and led nowhere else
@@ -119,10 +109,10 @@ class HeadBinder:
         self, frame: HeadFrame, base: PoseFrame, told: FloatArray | None, start: FloatArray
     ) -> Mapping[str, Term]:
         """The evidence near a pose; `told` is the mouth (6 + P,) by landmarks, if there are any."""
-        window = mouth_window(self.model, base.base, self.camera, self.person)
+        window = mouth_window(self.model, base.base, self.camera, self.face.identity)
         place = None
         if told is not None and self.landmarks.evidence != RENDERING:
-            place = mouth_place(self.model, base, self.camera, window, self.person, told)
+            place = mouth_place(self.model, base, self.camera, window, self.face.identity, told)
         view = View(frame.in_usual_light, self.camera, self.renderer, base, window, start, place)
         return bound(self.kinds, self.face, view)
 
@@ -135,7 +125,7 @@ class HeadBinder:
     @cached_property
     def _contact(self) -> tuple[ContactPrior, ContactPrior]:
         """Contact of the lips, and with a thickness that each keeps."""
-        loose, thick = (contact_prior(self.model, self.person, t) for t in (False, True))
+        loose, thick = (contact_prior(self.model, self.face.identity, t) for t in (False, True))
         return loose, thick
 
     def _priors(

@@ -20,7 +20,7 @@ from abs_engine.face.head import MouthModel
 from abs_engine.tracking.blob_motion import LipFollower
 from abs_engine.tracking.blobs import LipBlob
 from abs_engine.tracking.face_detection import faces_about, find_face
-from abs_engine.tracking.frame_state import HeadFrame, Memory, Motion
+from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory, Motion
 from abs_engine.tracking.initial_pose import (
     FaceBox,
     face_marks,
@@ -186,7 +186,7 @@ class HeadMotion:
         return rigid_reference(image, pose, model.head, model.rigid, self.camera, self.renderer)
 
 
-class HeadFollower:
+class HeadFollower(Follower):
     """Follows the head by the points of a reference, one frame after the other.
 
     When these points are lost, they are looked for about the lips, if their colour is known: a face
@@ -233,9 +233,6 @@ class HeadFollower:
             known.begin(found)
             self._error = motion.error(image, found.pose)
         return found.pose
-
-    def finish(self) -> None:
-        """Any number of frames will do."""
 
 
 def followed(motion: Motion, images: Iterable[Image]) -> Iterator[tuple[Image, Pose | None]]:

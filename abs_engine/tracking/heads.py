@@ -30,6 +30,7 @@ from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size, follower_of
 from abs_engine.tracking.face_detection import faces_any_way_up
 from abs_engine.tracking.frame_choice import candidate_frames, frames_to_learn, to_learn_from
+from abs_engine.tracking.frame_state import ShiftedMotion
 from abs_engine.tracking.given_head import GivenHead
 from abs_engine.tracking.head_fit import AverageHead
 from abs_engine.tracking.head_frame import HeadBinder
@@ -45,7 +46,6 @@ from abs_engine.tracking.plugin_trial import Trial
 from abs_engine.tracking.rendered_landmarks import correspondence_of
 from abs_engine.tracking.run_warnings import no_eyes
 from abs_engine.tracking.scale import Scale, known_scale, pupil_distance, pupil_scale
-from abs_engine.tracking.shifted_motion import ShiftedMotion
 
 
 def prepare_head(

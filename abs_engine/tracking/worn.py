@@ -27,7 +27,7 @@ from abs_engine.io.video import read_frames
 from abs_engine.learn.opening import LabelledMouth, learn_opening
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.face_detection import find_face
-from abs_engine.tracking.frame_state import HeadFrame, Memory
+from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory
 from abs_engine.tracking.head_frame import HeadBinder
 from abs_engine.tracking.model_entry import Model
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
@@ -60,7 +60,7 @@ _LAYOUT: Layout = {
 
 
 @dataclass(frozen=True, eq=False)
-class StillMotion:
+class StillMotion(Follower):
     """The head where it was in the frames that it was fitted to."""
 
     pose: Pose
@@ -72,9 +72,6 @@ class StillMotion:
     def step(self, image: Image, _memory: Memory | None = None) -> HeadFrame:
         """The next frame (H, W, 3) RGB with the head's pose."""
         return HeadFrame(image, self.pose)
-
-    def finish(self) -> None:
-        """Any number of frames will do."""
 
 
 def save_looks(looks: OpeningLooks, path: Path) -> None:

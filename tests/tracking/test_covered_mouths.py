@@ -18,9 +18,9 @@ from abs_engine.tracking.blob_visibility import (
     MouthEvidence,
 )
 from abs_engine.tracking.external_poses import GivenMotion
+from abs_engine.tracking.frame_state import ShiftedMotion
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.mouth_search import shifted
-from abs_engine.tracking.shifted_motion import ShiftedMotion
 
 CAMERA = Camera.ideal((320, 240))
 POSE = seen_at([0, 0, 0], [0, 10, 650])
