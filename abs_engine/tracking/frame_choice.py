@@ -39,9 +39,14 @@ def choose_frames(
     return [CalibrationFrame(*kept[k]) for k in spread_over(np.arange(len(kept)))]
 
 
+def evenly(count: int, most: int) -> NDArray[np.intp]:
+    """Indices of at most so many things of a count, evenly spread, the first and last included."""
+    return np.linspace(0, count - 1, min(most, count)).round().astype(np.intp)
+
+
 def spread_over(values: NDArray[np.floating] | NDArray[np.integer]) -> list[int]:
     """Indices of a few values (N,), from the least to the largest by rank."""
-    picked = np.unique(np.linspace(0, len(values) - 1, PREPARATION.learn_from).round().astype(int))
+    picked = evenly(len(values), PREPARATION.learn_from)
     return [int(k) for k in np.sort(np.argsort(values, kind="stable")[picked])]
 
 

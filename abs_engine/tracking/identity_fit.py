@@ -23,6 +23,7 @@ from abs_engine.optimise.base import Solution
 from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.optimise.newton import Newton
 from abs_engine.tracking.calibration_views import Stand, place_mouth
+from abs_engine.tracking.frame_choice import evenly
 from abs_engine.tracking.settings.preparation import PREPARATION
 
 SEEN_DEVIATION = np.array(PREPARATION.seen_deviation)
@@ -112,8 +113,8 @@ def _best_depth(
     Depth and posture trade against each other, so fitting them by turns creeps; trying depths
     and fitting the postures at each does not.
     """
-    prior, last = GaussianPrior(no_correction(), deviation), len(stand.frames) - 1
-    some = np.unique(np.linspace(0, last, PREPARATION.depth_frames).round().astype(int))
+    prior = GaussianPrior(no_correction(), deviation)
+    some = evenly(len(stand.frames), PREPARATION.depth_frames)
 
     def cost(candidate: FloatArray) -> float:
         total, there = prior.negative_log(candidate), replace(stand, shift=candidate)

@@ -31,6 +31,7 @@ from abs_engine.io.video import read_frames
 from abs_engine.learn.further import LipClip
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.training import check_speaker
+from abs_engine.tracking.frame_choice import evenly
 from abs_engine.tracking.record import SUMMARY, camera_of
 from abs_engine.tracking.recordings import (
     Recording,
@@ -153,9 +154,7 @@ def lip_clip(
             f"the mouth was found for certain in {len(sure)} frames of {first.folder}",
             f"give runs with {LEARNING.clip_least} or more",
         )
-    at = sure[
-        np.rint(np.linspace(0, len(sure) - 1, min(LEARNING.clip_most, len(sure)))).astype(int)
-    ]
+    at = sure[evenly(len(sure), LEARNING.clip_most)]
     lips = person_lips(speaker, shell, physics, first.rest)
     moments = zip(*(run.seen(at, lips, renderer) for run in runs), strict=True)
     return LipClip(lips, tuple(moments), first.tracked[at])

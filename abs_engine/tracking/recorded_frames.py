@@ -15,7 +15,7 @@ from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.appearance.exposure import Exposure, colourless
 from abs_engine.io.video import read_frames
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
-from abs_engine.tracking.frame_choice import turned_apart
+from abs_engine.tracking.frame_choice import evenly, turned_apart
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.option_checks import check_camera
 from abs_engine.tracking.record import camera_of
@@ -41,8 +41,8 @@ def pictures(recording: Recording, frames: Sequence[int]) -> list[tuple[Image, L
 def turned(recording: Recording, count: int) -> list[tuple[Image, Landmarks]]:
     """So many usable frames of a recording, those in which the head faces most differently."""
     usable = np.flatnonzero(recording.usable)
-    looked = np.linspace(0, len(usable) - 1, min(len(usable), PREPARATION.speaker_most))
-    seen = pictures(recording, [int(k) for k in usable[looked.round().astype(int)]])
+    looked = evenly(len(usable), PREPARATION.speaker_most)
+    seen = pictures(recording, usable[looked].tolist())
     return [seen[k] for k in turned_apart([marks for _, marks in seen], count)] if seen else []
 
 

@@ -27,6 +27,7 @@ from abs_engine.io.video import read_frames
 from abs_engine.learn.opening import LabelledMouth, learn_opening
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.face_detection import find_face
+from abs_engine.tracking.frame_choice import evenly
 from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory
 from abs_engine.tracking.head_frame import HeadBinder
 from abs_engine.tracking.model_entry import Model
@@ -171,8 +172,8 @@ def _whole_faces(images: list[Image]) -> bool:
 
 def _settles(images: list[Image]) -> bool:
     """Whether most frames show a mouth, as far as the landmark network can say."""
-    places = np.linspace(0, len(images) - 1, min(CLOSE_UP.asked, len(images))).round().astype(int)
-    return unsettled([images[k] for k in np.unique(places)]) <= CLOSE_UP.most_unsettled
+    asked = [images[k] for k in evenly(len(images), CLOSE_UP.asked)]
+    return unsettled(asked) <= CLOSE_UP.most_unsettled
 
 
 def _spread(clip: Clip) -> list[Image]:
@@ -186,8 +187,7 @@ def _spread(clip: Clip) -> list[Image]:
             kept, stride = kept[::2], 2 * stride
     if not kept:
         raise FaceNotFoundError(f"{clip.video} has no frames", "give another video")
-    places = np.linspace(0, len(kept) - 1, min(CLOSE_UP.fitted, len(kept))).round().astype(int)
-    return [kept[k] for k in np.unique(places)]
+    return [kept[k] for k in evenly(len(kept), CLOSE_UP.fitted)]
 
 
 WORN = Model(
