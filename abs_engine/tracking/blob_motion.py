@@ -17,6 +17,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.tracking.blobs import LipBlob, LipPrior, find_lips
 from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory, Motion
+from abs_engine.tracking.initial_pose import with_mouth_at
 from abs_engine.tracking.settings.blobs import BLOB_START
 
 
@@ -132,11 +133,6 @@ class BlobFollower(Follower):
         blob = self._lips.step(image)
         if blob is None or self._held is None:
             return HeadFrame(image, None)
-        return HeadFrame(image, self._at(self._held, blob.centre), blob=blob)
-
-    def _at(self, held: Pose, centre: FloatArray) -> Pose:
-        """A pose moved across the line of sight, so that the mouth's middle is seen at a centre."""
-        camera, mouth = self._motion.camera, held.apply(self._motion.pivot)
-        move = centre - camera.project(mouth)
-        across = move * mouth[2] / np.diag(camera.matrix)[:2]
-        return Pose(held.rotation, held.translation + np.r_[across, 0.0])
+        camera, mouth = self._motion.camera, self._motion.pivot
+        pose = with_mouth_at(self._held, blob.centre, camera, mouth)
+        return HeadFrame(image, pose, blob=blob)

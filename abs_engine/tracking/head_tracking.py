@@ -80,11 +80,9 @@ class HeadMotion:
         """The old reference about the lips that were found; None where it is not seen there."""
         if lips is None:
             return None
-        old = reference.pose
-        mouth = old.apply(self.model.pivot)
-        move = lips.centre - self.camera.project(mouth)
-        across = move * mouth[2] / np.diag(self.camera.matrix)[:2]
-        pose = Pose(old.rotation, old.translation + np.r_[across, 0.0])
+        old, mouth = reference.pose, self.model.pivot
+        pose = with_mouth_at(old, lips.centre, self.camera, mouth)
+        move = lips.centre - self.camera.project(old.apply(mouth))
         pixels = reference.pixels + move.astype(np.float32)
         guess = RigidState(pose, pixels, 0.0, 1.0)
         new = follow(reference, image, self.camera, guess)

@@ -153,9 +153,7 @@ def fitted_clip(
     pose, person, opening = head.fitted(images, opening)
     face = replace(held_head(model, person), regions=regions).looking(**{NAME: opening})
     marks = MouthLandmarks(model.n_expression)
-    binder = HeadBinder(
-        model, face, clip.camera, renderer, clip.info.rate, marks, leaves.kinds
-    )  # fmt: skip
+    binder = HeadBinder(model, face, clip.camera, renderer, clip.info.rate, marks, leaves.kinds)
     setting = ClipSetting(
         face, clip.camera, renderer, clip.info.rate, StillMotion(pose), binder,
         leaves.driver.minimiser(), times=clip.info.times,
