@@ -16,7 +16,6 @@ from abs_engine.core.pose import no_correction
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import meanwhile
 from abs_engine.face.base import Face
-from abs_engine.face.shape.linear import LinearShape
 from abs_engine.fit.shading import NAME as SHADED
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.video import read_frames
@@ -45,7 +44,7 @@ from abs_engine.tracking.person_fit import FittedPerson, fit_person
 from abs_engine.tracking.plugin_trial import Trial
 from abs_engine.tracking.rendered_landmarks import correspondence_of
 from abs_engine.tracking.run_warnings import no_eyes
-from abs_engine.tracking.scale import Scale, known_scale, pupil_distance, pupil_scale
+from abs_engine.tracking.scale import known_scale, pupil_distance, pupil_scale
 
 
 def prepare_head(
@@ -139,19 +138,6 @@ def _check_made(speaker: Speaker) -> None:
         raise MeshError(f"the head {fault}", "correct the model that makes it")
 
 
-def _average(
-    speaker: Speaker,
-    correspondence: Correspondence,
-    scale: Scale,
-    expression: LinearShape | None,
-    known: bool,
-) -> AverageHead:
-    """The head before a person was seen; compiled functions and tables are loaded first."""
-    landmark_jacobian.load()
-    beforehand.load_tables()
-    return AverageHead.of(speaker, correspondence, scale, expression, known=known)
-
-
 def _check_box(video: Path, box: FaceBox) -> None:
     """Raise `FaceNotFoundError` if the first frame shows a face whose mouth lies elsewhere."""
     faces = faces_any_way_up(next(iter(read_frames(video))))
@@ -192,7 +178,13 @@ def by_landmarks(
     if options.physics is not None:
         expression = physics_expression(made_with, speaker.vertices, options.physics)
     follower = follower_of(clip.video, choice)
-    with meanwhile(_average, speaker, correspondence, scale, expression, known) as average:
+
+    def loaded() -> AverageHead:
+        landmark_jacobian.load()
+        beforehand.load_tables()
+        return AverageHead.of(speaker, correspondence, scale, expression, known=known)
+
+    with meanwhile(loaded) as average:
         numbered = candidate_frames(_numbered(clip, follower), str(clip.video))
     seen, grey = to_learn_from([(image, marks) for image, (_, marks) in numbered])
     chosen, turned = frames_to_learn(seen)

@@ -33,11 +33,7 @@ from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.training import check_speaker
 from abs_engine.tracking.frame_choice import evenly
 from abs_engine.tracking.record import SUMMARY, camera_of
-from abs_engine.tracking.recordings import (
-    Recording,
-    load_recording,
-    pose_in,
-)
+from abs_engine.tracking.recordings import Recording, load_recording, pose_in
 from abs_engine.tracking.run_mesh import load_mesh_of
 from abs_engine.tracking.shells import BUNDLED, person_lips
 from abs_engine.tracking.stated_settings import stated_settings

@@ -9,8 +9,6 @@ modes there, and where these cannot open, neither measure is of an open mouth.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray, Image
@@ -44,7 +42,8 @@ class MouthCheck:
 
     def add(self, image: Image, result: FrameResult) -> None:
         """Look at the next frame (H, W, 3) RGB, or leave it out."""
-        if not self._asked or not result.found or result.pose is None:
+        pose, setting = result.pose, self._setting
+        if not self._asked or not result.found or pose is None:
             return
         shut = bool(closed_frames(result.aperture))
         if result.index < self._next or (self._placed and not shut):
@@ -55,17 +54,10 @@ class MouthCheck:
         if self._looks % FRAME_LOOP.looks == 0:  # a long clip is looked at less often
             self._step *= 2
         if seen:
-            self._elsewhere.append(not self._placed and self._is_elsewhere(result, seen))
+            drawn = setting.camera.project(pose.apply(result.lips[: setting.face.ring_sizes[0]]))
+            self._elsewhere.append(not self._placed and all(_elsewhere(drawn, k) for k in seen))
             parted = all(one.openness > FRAME_LOOP.parted for one in seen)
             self._shut += parted and shut
-
-    def _is_elsewhere(self, result: FrameResult, seen: Sequence[Landmarks]) -> bool:
-        """Whether the mouth is drawn elsewhere than any face has one."""
-        if result.pose is None:
-            return False
-        outer = result.lips[: self._setting.face.ring_sizes[0]]
-        drawn = self._setting.camera.project(result.pose.apply(outer))
-        return all(_elsewhere(drawn, one) for one in seen)
 
     def warnings(self) -> list[str]:
         """Those of mouths that lie elsewhere, or are closed and seen open, in too many frames."""

@@ -25,11 +25,7 @@ from abs_engine.tracking.cut_faces import MouthInPicture
 from abs_engine.tracking.frame_choice import Sighted, frames_to_learn
 from abs_engine.tracking.head_fit import AverageHead, seen_in
 from abs_engine.tracking.head_pose import TexturedHead
-from abs_engine.tracking.landmark_calibration import (
-    PlacedHead,
-    calibrate_placed,
-    placed_frames,
-)
+from abs_engine.tracking.landmark_calibration import PlacedHead, calibrate_placed, placed_frames
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.light import SkinLight

@@ -68,7 +68,7 @@ def test_a_clip_begins_with_whom_it_is_expected_to_show(person, monkeypatch):
     def stop(*_):
         raise Stopped
 
-    monkeypatch.setattr(heads, "_average", lambda *given: begun.append(given))
+    monkeypatch.setattr(heads.AverageHead, "of", lambda *given, **_: begun.append(given))
     monkeypatch.setattr(heads, "candidate_frames", stop)
     monkeypatch.setattr(heads, "_numbered", lambda *_: ())
     speaker, clip = load_speaker(), SimpleNamespace(video="a.mp4")
