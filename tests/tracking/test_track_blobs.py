@@ -6,11 +6,15 @@ import cv2
 import numpy as np
 import pytest
 
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import FACING, Pose
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES, features
 from abs_engine.face.appearance.mixture import Mixture
-from abs_engine.tracking.blob_motion import LipFollower
+from abs_engine.tracking.blob_motion import BlobMotion, LipFollower
 from abs_engine.tracking.blobs import LipPrior, find_face_blob, find_lips
+from abs_engine.tracking.external_poses import GivenMotion
+from abs_engine.tracking.frame_state import Memory
 from abs_engine.tracking.settings.blobs import BLOB_START
 
 SIZE = 320, 240
@@ -221,3 +225,16 @@ def test_lips_that_come_back_elsewhere_are_found_again():
     blob = follower.step(face_at(240, 190))
     assert blob is not None
     assert blob.centre == pytest.approx([240, 190], abs=2)
+
+
+def test_a_mouth_is_put_at_its_blob_through_a_lens():
+    ideal, pivot = Camera.ideal(SIZE), np.array([1.0, -40.0, 90.0])
+    lens = Camera(ideal.matrix, SIZE, np.array([-0.5, 0.2]))
+    held = GivenMotion((Pose(FACING, np.array([0.0, 0.0, 600.0])),))
+    follower = BlobMotion(CLASSES_OF_ALL, RATE, lens, pivot, held).follower()
+    found = follower.step(face_at(255, 190), Memory())
+    assert found.pose is not None
+    assert found.blob is not None
+    middle = found.pose.apply(pivot)
+    assert lens.project(middle) == pytest.approx(found.blob.centre, abs=1e-3)
+    assert middle[2] == pytest.approx(held.given[0].apply(pivot)[2])
