@@ -29,6 +29,10 @@ from abs_engine.face.appearance.texture import TextureModel
 from abs_engine.face.appearance.visibility import check_picture
 from abs_engine.face.settings.appearance import APPEARANCE
 
+_STEEPEST = float(np.sqrt(1 - APPEARANCE.facing**2) / APPEARANCE.facing)
+_AROUND = np.ones((3, 3), np.uint8)
+_FAR = np.float32(1e6)  # mm: farther behind anything than a step of any surface
+
 
 @dataclass(frozen=True, eq=False)
 class TextureError:
@@ -194,18 +198,13 @@ def wrong_match(analysed: FloatArray, synthetic: FloatArray) -> FloatArray:
     return np.asarray(spread + ((synthetic - mean) ** 2).mean(axis=1))
 
 
-_STEEPEST = float(np.sqrt(1 - APPEARANCE.facing**2) / APPEARANCE.facing)
-_AROUND = np.ones((3, 3), np.uint8)
-_FAR = np.float32(1e6)  # mm: farther behind anything than a step of any surface
-
-
 def off_outlines(buffers: Buffers, camera: Camera, window: Window) -> NDArray[np.bool_]:
     """Drawn pixels whose eight neighbours show the same surface, (H, W) bool.
 
     A neighbour does where it is drawn, and no farther before or behind than the next pixel of a
-    surface is at `sight.FACING`, the flattest at which appearance is learned. Diagonal neighbours,
-    which lie 1.4 times as far off, are held to the same: across them flatter surfaces are left out
-    too. Pixels on the window's border are left out. `buffers` are of the window.
+    surface is at `APPEARANCE.facing`, the flattest at which appearance is learned. Diagonal
+    neighbours, which lie 1.4 times as far off, are held to the same: across them flatter surfaces
+    are left out too. Pixels on the window's border are left out. `buffers` are of the window.
     """
     drawn = buffers.covered
     step = _STEEPEST / (float(camera.matrix[0, 0]) * window.scale) * buffers.depth

@@ -133,8 +133,9 @@ def facet_forces(
 ) -> FloatArray:
     """Integrals (F, D) of each class's planes (C, D, H, W) over the visible part of its facets.
 
-    Of `slopes` (C, 2, H, W), of smoothed maps as they say which way to go, these are the forces in
-    the picture, to the right and downwards, drawn pixels (eqs. 11 and 12, alpha left out).
+    With the `slopes` (C, 2, H, W) of smoothed maps as planes, which say which way to go, these are
+    the forces on the facets in the picture, to the right and downwards, drawn pixels (eqs. 11 and
+    12, alpha left out).
     """
     check_rule(rule)
     rows, columns = np.nonzero(buffers.facet_id)

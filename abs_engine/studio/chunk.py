@@ -186,7 +186,7 @@ def seconds_of(numbers: dict[str, Any]) -> dict[str, float]:
 
 
 def read_numbers(path: Path) -> dict[str, Any]:
-    """Results that `film_chunk` left of a chunk.
+    """Results that `Filmer` left of a chunk.
 
     Raises
     ------

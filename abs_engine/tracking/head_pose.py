@@ -6,7 +6,7 @@ texture ties each frame to those that the head was fitted on.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +32,10 @@ _FLOOR = np.array(HEAD_POSE.pose_floor)
 
 
 class _Settled(NamedTuple):
-    """A pose, the last equations of it, and how far matches were off then, see `MatchEquations`."""
+    """A pose, the last equations of it, and how far matches were off then.
+
+    That is `MatchEquations.off`; infinite where nothing matched.
+    """
 
     pose: Pose
     system: Equations
@@ -71,7 +74,7 @@ class TexturedHead:
         gray: Gray,
         landmarks: Landmarks,
         start: FrameLandmarks,
-        before: Pose | None = None,
+        before: HeldPose | None = None,
         interval: float = 0.04,
     ) -> HeldPose:
         """The head's pose in a frame, from where landmarks alone put it.
@@ -83,8 +86,8 @@ class TexturedHead:
         own = self._landmarks(seen, begun, start.posture)
         found = self._settled(gray, begun, start.posture, own)
         if before is not None and found.off > HEAD_POSE.clear:
-            turn = hardly_turned(begun, self._moved_back(before), interval, len(start.posture))
-            near = own.plus(turn)
+            held = replace(before, pose=self._moved_back(before.pose))
+            near = own.plus(hardly_turned(begun, held, interval, len(start.posture)))
             found = self._settled(gray, begun, start.posture, near, near.step())
         pose = found.pose
         if self.shift is not None:
@@ -102,7 +105,7 @@ class TexturedHead:
     ) -> _Settled:
         """The pose by `own` equations about a pose and a posture, and by the texture.
 
-        It is looked for after a first step (6 + M,), by which they are `moved_by`.
+        The texture is looked for where a first step `moved_by` (6 + M,) takes them.
         """
         if moved_by is None:
             moved_by = np.zeros(6 + len(posture))
@@ -147,16 +150,19 @@ class TexturedHead:
         return linearised_at(self.body, matches, nearest, pose, points, self.camera, who=False)
 
 
-def hardly_turned(pose: Pose, before: Pose, interval: float, modes: int) -> Equations:
+def hardly_turned(pose: Pose, before: HeldPose, interval: float, modes: int) -> Equations:
     """Equations of a pose and a posture (M,): heads turn little in an interval, in seconds.
 
-    Farther turns count less (Cauchy), as heads now and then do turn fast.
+    From where a head faced `before`, as surely as that is known. Farther turns count less (Cauchy),
+    as heads now and then do turn fast.
     """
-    turn = Pose(pose.rotation @ before.rotation.T, np.zeros(3)).rotation_vector
-    usual = (HEAD_POSE.turn_speed * interval) ** 2
-    weight = 1 / (usual + turn @ turn / HEAD_POSE.turn_stray**2)
+    turn = Pose(pose.rotation @ before.pose.rotation.T, np.zeros(3)).rotation_vector
+    spread = np.linalg.inv(before.information)[:3, :3]
+    spread = spread + (HEAD_POSE.turn_speed * interval) ** 2 * np.eye(3)
+    known = np.linalg.inv(spread)
+    known /= 1 + turn @ known @ turn / HEAD_POSE.turn_stray**2
     information, gradient = np.zeros((6 + modes, 6 + modes)), np.zeros(6 + modes)
-    information[:3, :3], gradient[:3] = weight * np.eye(3), weight * turn
+    information[:3, :3], gradient[:3] = known, known @ turn
     return Equations(information, gradient)
 
 
@@ -177,7 +183,7 @@ def placed_fit(
     if first is None:
         return None
     with one_thread():
-        before = None if last is None or last.held is None else last.held.pose
+        before = None if last is None else last.held
         held = textured.pose(gray_of(image), landmarks, first, before, interval)
     found = fit_frame(shape, landmarks, textured.camera, first, held)
     return found if found.sound(shape) else first

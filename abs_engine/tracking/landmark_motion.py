@@ -1,4 +1,6 @@
-"""A person's head followed by its landmarks and its texture, each frame on its own.
+"""A person's head followed by its landmarks and its texture.
+
+A frame whose texture is not clear leans on the one before; any other stands on its own.
 
 Where its poses are given, they stand in place of the texture.
 """
@@ -74,12 +76,13 @@ class LandmarkFollower:
         self._given = None if motion.given is None else motion.given.follower()
         self._last: FrameLandmarks | None = None
 
-    def step(self, image: Image, _memory: Memory | None = None) -> HeadFrame:
+    def step(self, image: Image, memory: Memory | None = None) -> HeadFrame:
         """The next frame with the head's pose and posture."""
         motion, seen, cut = self._motion, self._faces.step(image), self._faces.cut
         given = None if self._given is None else self._given.step(image).pose
         last = None if cut else self._last
-        self._last = None if seen is None else self._placed(image, seen, last, given)
+        gap = 1.0 if memory is None else memory.gap
+        self._last = None if seen is None else self._placed(image, seen, last, given, gap)
         if seen is None or self._last is None:
             return HeadFrame(image, given, cut=cut)
         lit = None if motion.light is None else motion.light.balanced(image, seen)
@@ -93,12 +96,20 @@ class LandmarkFollower:
         return frame._replace(grey=dark or not motion.light.same_hue(image, seen), dark=dark)
 
     def _placed(
-        self, image: Image, seen: Landmarks, last: FrameLandmarks | None, given: Pose | None
+        self,
+        image: Image,
+        seen: Landmarks,
+        last: FrameLandmarks | None,
+        given: Pose | None,
+        gap: float,
     ) -> FrameLandmarks | None:
-        """Pose and posture of a frame in which a face is seen; None where there is no such head."""
+        """Pose and posture of a frame in which a face is seen; None where there is no such head.
+
+        It comes a `gap`, in frames, after the `last` one.
+        """
         motion = self._motion
         if self._given is None:
-            return placed_fit(motion.textured, motion.shape, image, seen, last, 1 / motion.rate)
+            return placed_fit(motion.textured, motion.shape, image, seen, last, gap / motion.rate)
         if given is None:
             return None
         held = HeldPose(given, np.diag(1 / np.square(HEAD_POSE.given_deviation)))

@@ -82,23 +82,23 @@ def track_shots(
     apart = bool(getattr(setting.motion, "alone", False))
     bound = apart and workers(setting.renderer) > 1  # evidence may be drawn with it
 
-    def seen(shot: Shot, memory: Memory) -> tuple[Shot, HeadFrame, str]:
+    def seen(shot: Shot, memory: Memory) -> tuple[Shot, HeadFrame, str, float]:
         with clock.part(FOLLOWING):
             frame = head.step(shot.image, memory)
         with clock.part(EVIDENCE):
             hidden = _hidden(setting, frame)
             fitted = bound and not hidden and shot.index >= known
-            return shot, _with_terms(setting, frame) if fitted else frame, hidden
+            frame = _with_terms(setting, frame) if fitted else frame
+            return shot, frame, hidden, memory.gap
 
-    read = clock.over(READING, shots)
+    read = _with_gaps(setting, clock.over(READING, shots))
     if apart:
-        frames = ahead((seen(shot, NOTHING) for shot in read), depth)
-    else:
-        frames = (seen(shot, memory) for shot in read)  # each with what is then known
-    last = float("nan")
+        frames = ahead((seen(shot, replace(NOTHING, gap=gap)) for shot, gap in read), depth)
+    else:  # each with what is then known
+        frames = (seen(shot, replace(memory, gap=gap)) for shot, gap in read)
     with one_thread(), closed_after(frames):
-        for shot, frame, hidden in frames:
-            memory = replace(memory, gap=_gap(setting, shot.time - last))
+        for shot, frame, hidden, gap in frames:
+            memory = replace(memory, gap=gap)
             if frame.cut:  # the mouth before it is no guide
                 memory = replace(memory.lost(), values=())
             earlier = None if journal is None else journal.earlier()
@@ -106,14 +106,20 @@ def track_shots(
             result = replace(result, cut=frame.cut)
             if journal is not None and earlier is None:
                 journal.add(result, memory)
-            last = shot.time
             yield shot, result
         head.finish()
 
 
-def _gap(setting: ClipSetting, seconds: float) -> float:
-    """So many seconds in frames, at least one; 1 where they are not known."""
-    return max(1.0, seconds * setting.rate) if np.isfinite(seconds) else 1.0
+def _with_gaps(setting: ClipSetting, shots: Iterable[Shot]) -> Iterator[tuple[Shot, float]]:
+    """Each frame with the time since the one before, in frames, at least one.
+
+    1 where that is not known.
+    """
+    last = float("nan")
+    for shot in shots:
+        seconds = shot.time - last
+        yield shot, max(1.0, seconds * setting.rate) if np.isfinite(seconds) else 1.0
+        last = shot.time
 
 
 def _with_terms(setting: ClipSetting, frame: HeadFrame) -> HeadFrame:

@@ -50,7 +50,7 @@ class MatchEquations:
         return Equations(weighed @ flat.T, -(weighed @ self.residual.ravel()))
 
     def off(self, sigma: float) -> float:
-        """Median distance of the matches from where the head puts them, in deviations, px."""
+        """Median distance of the matches from where the head puts them, in `sigma`, px."""
         return float(np.median(np.linalg.norm(self.residual, axis=1))) / sigma
 
 

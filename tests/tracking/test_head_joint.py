@@ -31,6 +31,7 @@ from abs_engine.tracking.head_joint import _System, fit_jointly
 from abs_engine.tracking.head_pose import hardly_turned, placed_fit
 from abs_engine.tracking.head_problem import HeadProblem, JointHead
 from abs_engine.tracking.head_texture import HeadBody, HeadView, gray_of, match
+from abs_engine.tracking.landmark_fit import HeldPose
 from abs_engine.tracking.landmarks import SeenRays
 from abs_engine.tracking.match_equations import linearised
 from abs_engine.tracking.mouth_search import shifted
@@ -408,10 +409,10 @@ def test_where_a_head_faced_just_before_changes_nothing_in_a_clear_frame():
 def test_a_turn_counts_less_the_farther_it_is_and_the_longer_it_took():
     before = POSES[3]
 
-    def pull(degrees, interval=0.04):
+    def pull(degrees, interval=0.04, sure=1e8):
         turn = cv2.Rodrigues(np.radians([0.0, degrees, 0.0]))[0]
         pose = Pose(turn @ before.rotation, before.translation)
-        told = hardly_turned(pose, before, interval, 4)
+        told = hardly_turned(pose, HeldPose(before, sure * np.eye(6)), interval, 4)
         step = -told.gradient / told.information[0, 0]
         back = shifted(pose, step, landmarks_of_body().pivot)
         assert turned_by(back, before) < 1e-3
@@ -422,6 +423,7 @@ def test_a_turn_counts_less_the_farther_it_is_and_the_longer_it_took():
     assert pull(0.5) > 0.45 * pull(1.0) > 0
     assert pull(20.0) < pull(4.0)
     assert pull(1.0, 0.2) < 0.1 * pull(1.0)
+    assert pull(1.0, sure=3e3) < 0.6 * pull(1.0)  # where it faced is known within a degree
 
 
 def test_linear_equations_after_a_step():

@@ -12,6 +12,7 @@ from abs_engine.io.files import write_new
 
 if TYPE_CHECKING:
     from abs_engine.capture.session import Moment
+    from abs_engine.capture.view import View
     from abs_engine.io.video import VideoWriter
 
 
@@ -54,10 +55,6 @@ class DotsFilm:
         if self._writer is not None:
             self._writer.close()
         self._folder.cleanup()
-
-
-if TYPE_CHECKING:
-    from abs_engine.capture.view import View
 
 
 def views_of(files: Sequence[Path], videos: Sequence[Path]) -> list[View]:

@@ -55,12 +55,12 @@ class ShapeSettings:
         precision of closed frames is 0.98, 0.97 and 0.94. With 0.5 and the depth of scans 1.4 mm
         and 0.97.
     sideways : float, ratio
-        Of how far the mouth of an unknown person goes to a side to how far it does in the postures,
-        the recorded of which were made to show its range. Chosen of 0.5 and 1 on 16 films of ICT's
-        heads (seeds 1 and 5): lips' motion across the face is off by 0.81 mm instead of 0.85, as
-        less of what a turned head moves is taken for lips that go to a side. Measured on the eleven
-        strangers' clips whose yaw varies by more than 2 degrees: lips go to a side with it by 2.9
-        mm a radian instead of 4.0.
+        How far an unknown person's mouth goes to a side, as a share of how far it does in the
+        postures; the recorded ones were made to show its range. Chosen of 0.5 and 1 on 16 films of
+        ICT's heads (seeds 1 and 5): lips' motion across the face is off by 0.81 mm instead of 0.85,
+        as less of what a turned head moves is taken for lips that go to a side. Measured on the
+        eleven strangers' clips whose yaw varies by more than 2 degrees: lips go to a side with it
+        by 2.9 mm a radian instead of 4.0.
     widest_jaw : float, weight of `jawOpen`
         Beyond which it is yawning, not speech. Not measured.
     lip_weight : float, times the skin

@@ -23,6 +23,13 @@ from abs_engine.face.shape.lip_shell import COLUMNS, LIP_ROWS, LipShell, lips_be
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.io.assets import Speaker
 
+SKIN, LIPS, INTERIOR = 1, 2, 3
+COLOUR_OF: tuple[str | None, ...] = (None, "skin", "lips", "interior")
+"""Colour class of each facet class of the drawn shell."""
+_SKIRT = (24.0, 42.0, 62.0)  # mm beyond the outer contour at which the rings around the shell lie
+
+INSIDE = 2  # rings of the lips behind their inner contour
+_BETWEEN = 3  # rings of the lips in each gap between the shell's
 _FACING = (-np.arange(COLUMNS)) % COLUMNS  # the column of the other lip that each one meets
 
 
@@ -60,15 +67,6 @@ def followed(
     return np.asarray(chords + np.column_stack([-shares.sum(axis=1), shares]))
 
 
-SKIN, LIPS, INTERIOR = 1, 2, 3
-COLOUR_OF: tuple[str | None, ...] = (None, "skin", "lips", "interior")
-"""Colour class of each facet class of the drawn shell."""
-_SKIRT = (24.0, 42.0, 62.0)  # mm beyond the outer contour at which the rings around the shell lie
-
-INSIDE = 2  # rings of the lips behind their inner contour
-_BETWEEN = 3  # rings of the lips in each gap between the shell's
-
-
 @dataclass(frozen=True, eq=False)
 class LipModel:
     """Lips that move by learned physics.
@@ -84,7 +82,7 @@ class LipModel:
         The lips' other rings at rest: `INSIDE` behind the inner contour, from the deepest, then
         those between the shell's, equally many in each gap.
     follow : (R, 4) float64
-        Share that each ring of the bulge has in the motion of its `lip_follow.leaders`.
+        Share that each ring of the bulge has in the motion of its `leaders`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Opens a video file, or says what is wrong with it."""
+"""Opens a video file, or a still picture as one, or says what is wrong with it."""
 
 from __future__ import annotations
 
