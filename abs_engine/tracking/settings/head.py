@@ -138,14 +138,16 @@ class HeadSettings:
         measured.
     clear : float, standard deviations of a match
         By which a frame's matches are off in the median, at most, where its texture is seen
-        clearly; elsewhere a head is expected to have turned little since the frame before.
-        Measured: 0.4 to 0.6 in most frames of films and of GRID, up to 2.4 in blurred clips.
+        clearly; elsewhere a head is expected to have turned little since the frame before. Chosen
+        between what was measured: 0.4 to 0.6 in most frames of films and of GRID, up to 2.4 in
+        blurred clips.
     turn_speed : float, rad/s
         Standard deviation of how fast a head turns about each axis in such frames. Chosen of 0.35,
         0.7 and none on p01 to p08 of the strangers' clips, by how many frames' rotation is more
-        than 1.5 degrees off the middle of those beside them: 67, 76 and 105 of 778. Of the tremor
-        of ICT's heads (`tests/ict_films.py --tremor`) 0.99 is found with 0.7, and 0.93 where clear
-        frames lean on those before, too, even with 1.4.
+        than 1.5 degrees off the middle of those beside them: 67, 76 and 105 of 778, and 71 with
+        0.35 since the frame before counts as surely as it is known. Of the tremor of ICT's heads
+        (`tests/ict_films.py --tremor`) 0.98 is found then, and 0.93 where clear frames lean on
+        those before, too, even with 1.4.
     turn_stray : float, standard deviations
         Of a turn from one frame to the next, beyond which it counts less (Cauchy). Not measured.
     pose_floor : tuple of float, rad and mm
