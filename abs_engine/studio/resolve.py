@@ -63,8 +63,6 @@ def plan_clip(
     heads = head_poses(entry.motion, times, rng, said.head, _leaving(events, times))
     rotations, translations = vectors(heads)
     lamps = pick("light", scene.light, entry.lights, where)
-    for lamp in lamps:
-        lamp.check()
     plan = ClipPlan(
         name=entry.name, person=entry.speaker, sentence=said.text,
         command=command, seed=scene.seed, number=number,
@@ -86,8 +84,17 @@ def plan_clip(
 
 
 def lights_at(lamps: Iterable[Light], times: FloatArray) -> FloatArray:
-    """Direction, intensity and RGB of lamps at times (T,), as (T, L, 7)."""
-    rows = [lamp.at(times) for lamp in lamps]
+    """Direction, intensity and RGB of lamps at times (T,), as (T, L, 7).
+
+    Raises
+    ------
+    ParameterError
+        As `Light.check`.
+    """
+    rows = []
+    for lamp in lamps:
+        lamp.check()
+        rows.append(lamp.at(times))
     return np.stack(rows, axis=1) if rows else np.zeros((len(times), 0, 7))
 
 

@@ -25,7 +25,7 @@ from abs_engine.studio.cast import Cast, person_of
 from abs_engine.studio.finish import clip_entry
 from abs_engine.studio.motion import head_poses, keyed, ramp
 from abs_engine.studio.people.lip_contact import widest_gap
-from abs_engine.studio.resolve import plan_clip
+from abs_engine.studio.resolve import lights_at, plan_clip
 from abs_engine.studio.scenefile import (
     CameraEntry,
     ClipEntry,
@@ -669,3 +669,8 @@ def test_the_help_names_every_shipped_scene(capsys):
     assert main(["synth", "--help"]) == 0
     told = capsys.readouterr().out
     assert [path.name for path in SCENES if path.name not in told] == []
+
+
+def test_lamps_that_were_not_in_a_file_are_checked_too():
+    with pytest.raises(ParameterError, match="light 'dark' has no direction"):
+        lights_at([Light("dark", (0.0, 0.0, 0.0))], np.zeros(1))

@@ -36,9 +36,12 @@ class Light:
 
     Parameters
     ----------
+    name : str
     direction : tuple of float
         In which its light travels, world frame (the head's at rest: x to the subject's left, y
         up, z out of the face); any length.
+    intensity : float
+        By which the colour is multiplied.
     colour : tuple of float
         Linear RGB.
     keys : tuple of LightKey
