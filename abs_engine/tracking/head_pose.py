@@ -18,12 +18,12 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
 from abs_engine.tracking.head_equations import Equations, HeadGuess, landmark_equations
-from abs_engine.tracking.head_texture import Gray, HeadBody, HeadView, Matches, gray_of, match
+from abs_engine.tracking.head_texture import Gray, HeadBody, HeadView, gray_of, match
 from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame, sound_fit
 from abs_engine.tracking.landmark_noise import LandmarkNoise
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks, SeenRays
-from abs_engine.tracking.match_equations import MatchEquations, linearised_at
+from abs_engine.tracking.match_equations import linearised_at
 from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.settings.head import HEAD_POSE
 
@@ -74,8 +74,8 @@ class TexturedHead:
         gray: Gray,
         landmarks: Landmarks,
         start: FrameLandmarks,
-        before: HeldPose | None = None,
-        interval: float = 0.04,
+        before: HeldPose | None,
+        interval: float,
     ) -> HeldPose:
         """The head's pose in a frame, from where landmarks alone put it.
 
@@ -121,7 +121,9 @@ class TexturedHead:
             system = own.after(moved_by)
             if matches is not None:
                 moved = np.tensordot(posture - drawn, matches.posture, 1)
-                told = self._texture(matches, nearest, pose, points + moved)
+                told = linearised_at(
+                    self.body, matches, nearest, pose, points + moved, self.camera, who=False
+                )
                 system, off = system.plus(told.normal), told.off(matches.sigma)
             step = system.step()
             pose, posture = shifted(pose, step, self.shape.pivot), posture + step[6:]
@@ -142,12 +144,6 @@ class TexturedHead:
         )
         own = np.r_[_DAMPING * np.diag(information)[:6], np.ones(len(posture))]
         return Equations(information + np.diag(own), gradient + np.r_[np.zeros(6), posture])
-
-    def _texture(
-        self, matches: Matches, nearest: HeadView, pose: Pose, points: FloatArray
-    ) -> MatchEquations:
-        """The same by the texture, at points (N, 3) of the head."""
-        return linearised_at(self.body, matches, nearest, pose, points, self.camera, who=False)
 
 
 def hardly_turned(pose: Pose, before: HeldPose, interval: float, modes: int) -> Equations:

@@ -282,8 +282,7 @@ def _of_arrays(data: Mapping[str, Any], speaker: Speaker) -> SpeakerFace:
     first = np.full(len(names), GENERAL.mode_step)
     spec = ParamSpec(names, ("sd",) * len(names), first, data["lower"], data["upper"])
     return SpeakerFace(
-        str(data["head"]), scale, data["neutral"], expression,
-        spec, data["steps"], data["seen"],
+        str(data["head"]), scale, data["neutral"], expression, spec, data["steps"], data["seen"],
         data["bias"], data["deviation"], LandmarkNoise.of_arrays(data), views, data["shift"],
         camera, ColourClasses.of_arrays(own), SkinLight(data["cheeks"]), look,
         appearance_of(data, len(names)),

@@ -85,7 +85,7 @@ class FrameBefore:
         return FrameBeforeFollower(None if self.finding is None else self.finding.follower())
 
 
-class FrameBeforeFollower:
+class FrameBeforeFollower(Follower):
     """Follows by memory alone, and looks for the head where there is none."""
 
     def __init__(self, finding: Follower | None) -> None:
@@ -98,6 +98,3 @@ class FrameBeforeFollower:
         if found is not None and memory.vector is None:
             return found
         return HeadFrame(image, memory.pose)
-
-    def finish(self) -> None:
-        """Any number of frames will do."""
