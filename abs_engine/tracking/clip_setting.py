@@ -33,6 +33,9 @@ UNLIKE, UNEXPLAINED = "no lips where the face is", "the picture is not explained
 little of all that is compared is explained."""
 GREY = "no colour: landmarks alone"
 """Status of a frame without colour in a clip that has it."""
+HELD, AGAIN = "held to the landmarks", "started again"
+"""Status of a frame whose evidence led off the landmarks, twice: these alone are reported; and of
+one that was begun again from postures that are known."""
 FRAME_SOLVER: Minimiser = SIMPLEX.minimiser()
 
 

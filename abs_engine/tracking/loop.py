@@ -22,7 +22,9 @@ from abs_engine.fit.seal import sealed
 from abs_engine.fit.search import Found, averaged, search
 from abs_engine.tracking.blob_visibility import OUTSIDE
 from abs_engine.tracking.clip_setting import (
+    AGAIN,
     FRAME_SOLVER,
+    HELD,
     NO_FACE,
     BindsAhead,
     ClipSetting,
@@ -38,9 +40,6 @@ NOTHING = Memory()
 READING, FOLLOWING, EVIDENCE, FITTING = "reading", "head pose", "evidence", "fit"
 BELIEVING = "measures, belief"
 """What frames cost, by part."""
-HELD, AGAIN = "held to the landmarks", "started again"
-"""Status of a frame whose evidence led off the landmarks, twice: these alone are reported; and of
-one that was begun again from postures that are known."""
 
 
 def track(

@@ -12,8 +12,7 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import Face
 from abs_engine.fit.opening import NAME as OPENING
 from abs_engine.fit.shading import NAME as SHADED
-from abs_engine.tracking.clip_setting import ClipSetting
-from abs_engine.tracking.loop import HELD
+from abs_engine.tracking.clip_setting import HELD, ClipSetting
 from abs_engine.tracking.run_warnings import (
     all_closed,
     close_up,

@@ -23,9 +23,9 @@ from abs_engine.fit.talking import talking_problem
 from abs_engine.optimise.axes import AxesSimplex
 from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.papers.odisio2004.frame_before import FrameBefore, TalkBinder
-from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
+from abs_engine.tracking.clip_setting import AGAIN, ClipSetting, FrameResult
 from abs_engine.tracking.frame_journal import FrameJournal, fingerprint
-from abs_engine.tracking.loop import AGAIN, at_rest
+from abs_engine.tracking.loop import at_rest
 from abs_engine.tracking.loop import track as track_frames
 
 
