@@ -218,6 +218,13 @@ class BeliefSettings:
         larger than 5 mm, 90 % intervals of the aperture hold 92 to 96 % instead of 51 to 71.
         Measured on p09 to p16 and the other four: 84 % instead of 64, and 86 instead of 74 from 3.5
         mm on.
+    unexplained : tuple of float, share and mm
+        By how much less of a frame is explained than of its clip's median one, from where on the
+        aperture's deviation grows, and by how much it would for all of the picture; added in
+        quadrature. Chosen on p01 to p08 of the strangers, as they are, and with a word written over
+        the lower lip in some frames: there 90 % intervals hold 50 % of the apertures (17 without)
+        and would hold two thirds with twice as much; where nothing is written, 93 % (91). Measured
+        on p09 to p16: 68 % (13), and 88 (88).
     protrusion : tuple of float, 1, mm and share
         The same. Chosen on the three people.
     points : tuple of tuple of float, 1, mm and share
@@ -237,6 +244,7 @@ class BeliefSettings:
     grey_aperture: tuple[float, ...] = (0.4, 1.5, 0.6, 4.0)
     grey_width: tuple[float, ...] = (1.19, 1.5, 0.021)
     coarse: float = 0.07
+    unexplained: tuple[float, float] = (0.04, 100.0)
     protrusion: tuple[float, ...] = (0.0, 0.72)
     points: tuple[tuple[float, ...], ...] = ((1.25, 0.11), (1.27, 0.43), (0.0, 1.38))
     rotation: tuple[float, ...] = (0.06, 0.018, 0.012)

@@ -35,6 +35,7 @@ from abs_engine.tracking.frame_choice import evenly
 from abs_engine.tracking.record import SUMMARY, camera_of
 from abs_engine.tracking.recordings import Recording, load_recording, pose_in
 from abs_engine.tracking.run_mesh import load_mesh_of
+from abs_engine.tracking.run_table import sure_frames
 from abs_engine.tracking.shells import BUNDLED, person_lips
 from abs_engine.tracking.stated_settings import stated_settings
 
@@ -64,9 +65,8 @@ class LipRun:
 
     @property
     def sure(self) -> BoolArray:
-        """Frames (T,) in which the mouth was found, seen, and not doubted by the landmarks."""
-        run = self.recording.run
-        return np.asarray(run["found"] & ~run["covered"] & ~run["contradicted"])
+        """Frames (T,) in which the mouth was found and seen, and nothing throws doubt on it."""
+        return sure_frames(self.recording.run)
 
     def seen(self, frames: NDArray[np.intp], lips: LipModel, renderer: Renderer) -> list[Seen]:
         """Some frames, as evidence about lips."""

@@ -24,11 +24,12 @@ from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.kinds import to_path
 from abs_engine.core.pose import parted
 from abs_engine.core.provenance import made_by
+from abs_engine.fit.head_frame import COLOUR
 from abs_engine.io.arrays import Layout, real, text, truth, whole
 from abs_engine.io.assets import Speaker
 from abs_engine.io.inputs import is_there
 from abs_engine.io.npz import read_npz
-from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
+from abs_engine.tracking.clip_setting import GREY, ClipSetting, FrameResult
 from abs_engine.tracking.frame_rows import (
     BELIEFS,
     BELIEVED,
@@ -37,11 +38,12 @@ from abs_engine.tracking.frame_rows import (
     OWN,
     FrameRows,
 )
+from abs_engine.tracking.less_explained import doubted, less_explained, shortfall
 from abs_engine.tracking.measures import NAMES, Closure, closure_arrays, closures, velocities
 from abs_engine.tracking.mouth_check import MouthCheck
 from abs_engine.tracking.run_mesh import RunMesh, load_mesh_of
 from abs_engine.tracking.run_summary import summary
-from abs_engine.tracking.run_table import closed_frames, closure_table, table_of, written
+from abs_engine.tracking.run_table import LESS, closed_frames, closure_table, table_of, written
 
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
@@ -62,7 +64,7 @@ _LAYOUT: Layout = {
     "lip_points": real("T", "N", 3, gaps=True),
     "lip_vertex": whole("N", dtype=np.int32, low=0),
     "closed": truth("T"),
-    **dict.fromkeys(("covered", "contradicted", "cut"), truth("T", optional=True)),
+    **dict.fromkeys(("covered", "contradicted", LESS, "cut"), truth("T", optional=True)),
     **dict.fromkeys(MEASURES, _OF_FRAME),
     "evaluations": whole("T", low=0),
     "status": text("T"),
@@ -101,11 +103,11 @@ class Record:
         and `protrusion` (T,) mm, `closed` (T,); the same with `_sd` and `rotation_sd`,
         `translation_sd` (T, 3), `lip_points_sd` (T, N, 3), standard deviations, and
         `closed_probability` (T,), see `fit.belief`; `contradicted` (T,), see
-        `FrameResult`; `cut` (T,); `landmark_distance` and
-        `landmark_aperture` (T,) mm, see `FrameResult`; `value`, `score`, `evaluations`,
-        `status` (T,); `term_values` (T, K) by `term_names`, what `value` is the sum of, and
-        `value_unit` (T,); what `tracking.measures` gives, (T,) each; `closure_frames` (C, 2),
-        first and last, and `closure_times` (C, 2), onset and release, s; `person_weights`
+        `FrameResult`; `less_explained` (T,), see the module of that name; `cut` (T,);
+        `landmark_distance` and `landmark_aperture` (T,) mm, see `FrameResult`; `value`, `score`,
+        `evaluations`, `status` (T,); `term_values` (T, K) by `term_names`, what `value` is the sum
+        of, and `value_unit` (T,); what `tracking.measures` gives, (T,) each; `closure_frames`
+        (C, 2), first and last, and `closure_times` (C, 2), onset and release, s; `person_weights`
         (Q,); `camera_matrix`, `camera_distortion`, `camera_size`, `rate`, `renderer`,
         `engine_version`, `format`, `version`.
     points : (T, 20, 3) float64, mm, head frame
@@ -196,13 +198,20 @@ class Recorder:
 
     def record(self) -> Record:
         """All frames so far; what is of a frame by itself lies where its rows do."""
-        rows, time, body = self._rows.columns(), self._times(), self._setting.face.body
+        rows, time, body = self._doubted(), self._times(), self._setting.face.body
         found = closures(rows["aperture"], time, rows["cut"])
         arrays = self._arrays(rows, time, found)
         weights = parted(rows["parameters"])[1].copy()
         mesh = RunMesh(body.mean, body.modes, weights, body.faces, body.rest)
         counts = summary(arrays, self._setting, self._mouth.warnings())
         return Record(arrays, rows["points"], mesh, found, counts, self._made)
+
+    def _doubted(self) -> dict[str, NDArray[Any]]:
+        """Numbers of all frames; where one is explained less than the others, it is doubted."""
+        rows = self._rows.columns()
+        score = np.where(rows["status"] == GREY, np.nan, rows["score"])
+        short = shortfall(score if COLOUR in rows["term_names"] else np.full_like(score, np.nan))
+        return {**rows, **doubted(rows, short), LESS: less_explained(short)}
 
     def _arrays(
         self, rows: Mapping[str, NDArray[Any]], time: FloatArray, found: Sequence[Closure]
@@ -223,7 +232,7 @@ class Recorder:
             "lip_vertex": setting.face.body.lips,
             "closed": closed_frames(rows["aperture"]),
             **{name: rows[name] for name in ("status", "term_names", "term_values", "value_unit")},
-            **{name: rows[name] for name in BELIEFS},
+            **{name: rows[name] for name in (*BELIEFS, LESS)},
             **{name: measured[name] for name in NAMES},
             **closure_arrays(found),
             "person_weights": setting.face.identity,

@@ -28,6 +28,7 @@ from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking.face_choice import LARGEST, FaceChoice
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.record import SUMMARY, Record, camera_of, load_whole_run
+from abs_engine.tracking.run_table import sure_frames
 from abs_engine.tracking.scale import USUAL_PUPILS, Scale
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.stated_settings import stated_settings
@@ -102,10 +103,8 @@ class Recording:
 
     @property
     def usable(self) -> BoolArray:
-        """Frames (T,) to learn from: the mouth found, seen and not doubted by the landmarks."""
-        run = self.run
-        sure = run["found"] & ~run["covered"] & ~run["contradicted"]
-        sure &= run["status"] == "converged"
+        """Frames (T,) to learn from: the mouth found and seen, and nothing throws doubt on it."""
+        sure = sure_frames(self.run) & (self.run["status"] == "converged")
         return np.asarray(sure & (np.arange(self.count) < self.first_left_out))
 
     def spread(self, count: int) -> NDArray[np.intp]:

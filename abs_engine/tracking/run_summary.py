@@ -19,6 +19,7 @@ from abs_engine.tracking.run_warnings import (
     doubts,
     little_explained,
     mostly_lost,
+    partly_explained,
     reasons_lost,
     small_mouth,
     untimed,
@@ -55,7 +56,9 @@ def summary(
     shut = all_closed(arrays["closed"][found], arrays["time"][found])
     partly = without_colour(arrays["status"])
     timed = [] if _with_gaps(arrays["index"]) else untimed(len(found), len(setting.times))
-    doubted = [*lost, *little, *elsewhere, *shut, *partly, *landmarks.get("warnings", ())]
+    less = arrays["less_explained"]
+    some = partly_explained(less[found], arrays["index"][found])
+    doubted = [*lost, *little, *some, *elsewhere, *shut, *partly, *landmarks.get("warnings", ())]
     hints = [setting.hint] if doubted and setting.hint else []
     warnings = [*setting.warnings, *timed, *shots, *small, *near, *doubted, *hints]
     work = arrays["evaluations"][found]
@@ -65,6 +68,7 @@ def summary(
         "lost_reasons": reasons_lost(found, arrays["status"]),
         "covered_frames": int(arrays["covered"].sum()),
         "closed_frames": int(arrays["closed"].sum()),
+        "less_explained_frames": int(less.sum()),
         "mean_evaluations": float(work.mean()) if len(work) else 0.0,
         "mean_score": score,
         **source,

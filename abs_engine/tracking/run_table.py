@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.pose import POSE_NAMES
 from abs_engine.io.assets import CLOSED_APERTURE, LIPS_OF_68
 from abs_engine.tracking.frame_rows import BELIEVED, LANDMARK_MEASURES
@@ -17,13 +17,14 @@ from abs_engine.tracking.measures import NAMES, Closure
 POINT_NAMES = tuple(f"lip{k}" for k in range(68)[LIPS_OF_68])
 """The 20 lip points by their numbers among the usual 68: 12 outer, then 8 inner."""
 
+LESS = "less_explained"
 _FIRST = ("index", "time", "found")
 _REST = (
     "width", "aperture", "closed", "value", "score", "evaluations", "covered", *LANDMARK_MEASURES,
     "protrusion", *(f"{name}_sd" for name in BELIEVED), "closed_probability", "contradicted",
-    *NAMES, "status",
+    LESS, *NAMES, "status",
 )  # fmt: skip
-OF_LIPS = ("closed", "contradicted")
+OF_LIPS = ("closed", "contradicted", LESS)
 """Columns that are neither true nor false where the lips were not found."""
 _TIMES = {"time", "onset", "release"}
 _BLOCK = 1000  # rows that are made of columns at once
@@ -41,7 +42,7 @@ def columns_of(arrays: Mapping[str, NDArray[Any]], points: FloatArray) -> dict[s
     Returns
     -------
     dict
-        `closed` and `contradicted` are masked where the lips were not found.
+        `closed`, `contradicted` and `less_explained` are masked where the lips were not found.
     """
     names = [
         *(f"head_{name}" for name in POSE_NAMES),
@@ -109,6 +110,16 @@ def _cell(name: str, value: Any) -> Any:
 def time_cell(seconds: float) -> str:
     """A time as tables have it, in seconds, to a microsecond."""
     return f"{seconds:.6f}"
+
+
+def sure_frames(run: Mapping[str, NDArray[Any]]) -> BoolArray:
+    """Frames (T,) whose mouth was found and seen, and that nothing throws doubt on.
+
+    Neither the landmarks, nor, where the run knows of it, how much of the other frames is
+    explained.
+    """
+    doubtful = run["covered"] | run["contradicted"] | run.get(LESS, False)
+    return np.asarray(run["found"] & ~doubtful)
 
 
 def closed_frames(aperture: Any) -> NDArray[np.bool_]:

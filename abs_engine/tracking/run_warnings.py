@@ -9,6 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, IntArray
 from abs_engine.core.words import counted, each_counted
 from abs_engine.face.appearance.colour import shows_lips
 from abs_engine.face.appearance.exposure import USUAL, Exposure
@@ -42,6 +43,11 @@ SAME_COLOUR = (
 )
 
 LITTLE = "the drawn mouth explains only {:.0%} of the picture around it: look at the overlay"
+PARTLY = (
+    "in {} of {}, between {} and {}, the drawn mouth explains less of the picture than in most: "
+    "text, a hand or the like may lie over the lips, or they are blurred; there aperture_sd is "
+    "larger; look at the overlay"
+)
 GIVEN_COLOURS = (
     "the colours are another run's: leave them out unless they are of this person in this light"
 )
@@ -196,6 +202,18 @@ def without_colour(status: NDArray[np.str_]) -> list[str]:
     """Warning that some frames (T,) have no colour, while the clip has, if some do."""
     grey = int(np.count_nonzero(status == GREY))
     return [SOME_GREY.format(grey, counted(len(status), "frame"))] if grey else []
+
+
+def partly_explained(less: BoolArray, index: IntArray) -> list[str]:
+    """Warning that some tracked frames are explained less than most, if more than a few are.
+
+    `less` (N,) says which of them, `index` (N,) their numbers in the video.
+    """
+    if not less.any() or less.mean() <= FRAME_LOOP.most_less_explained:
+        return []
+    first, last = index[less][[0, -1]]
+    frames = counted(len(less), "frame")
+    return [PARTLY.format(int(less.sum()), frames, first, last)]
 
 
 def small_mouth(width: float) -> list[str]:

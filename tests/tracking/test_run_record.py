@@ -180,6 +180,7 @@ def test_the_summary(folder):
         "lost_frames": 1,
         "lost_reasons": {"face not found": 1},
         "covered_frames": 0,
+        "less_explained_frames": 0,
         "closed_frames": 1,
         "mean_evaluations": 321.0,
         "cuts": [],
