@@ -6,7 +6,6 @@ the chunk, whose appearing says that the chunk is done.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -28,7 +27,7 @@ from abs_engine.dataset.codec import (
 )
 from abs_engine.dataset.picture import write_picture
 from abs_engine.io.assets import Speaker
-from abs_engine.io.naming import WHOLE
+from abs_engine.io.naming import WHOLE, rename_new, settle
 from abs_engine.io.npz import read_npz
 from abs_engine.studio.people.lip_contact import widest_gap
 from abs_engine.studio.plan import ClipPlan, load
@@ -97,15 +96,18 @@ class Filmer:
         before = take.clock.seconds.copy()
         gather = _Gatherer(self._speaker, plan, job.view == 0)
         shots = take.film(first, min(first + CHUNK, len(plan)))
+        written: list[Path] = []
         for frame, (now, shot) in enumerate(shots, start=first):
             with take.clock.part("png"):
-                write_shot(camera, frame, shot, cover=plan.occluders)
+                written += write_shot(camera, frame, shot, cover=plan.occluders)
             with take.clock.part("gap"):
                 gather.add(now, shot)
             advance()
         with take.clock.part("vertices"):
             if job.view == 0:
-                write_chunk(clip, first, np.array(gather.offsets))
+                written.append(write_chunk(clip, first, np.array(gather.offsets)))
+        for path in written:
+            settle(path)
         parts = {k: v - before[k] for k, v in take.clock.seconds.items()}
         _leave(self._work / "chunks" / job.name, gather.arrays(), parts)
 
@@ -122,20 +124,22 @@ def make_folders(camera: Path, labels: tuple[str, ...], *, cover: bool) -> None:
         (camera / kind).mkdir(parents=True, exist_ok=True)
 
 
-def write_shot(camera: Path, frame: int, shot: Shot, *, cover: bool) -> None:
-    """Write the pictures of a frame."""
-    name, seen = frame_name(frame), shot.ids > 0
-    write_picture(camera / FRAMES / name, shot.picture)
-    write_picture(camera / "ids" / name, shot.ids)
-    write_picture(camera / "depth" / name, encode_depth(shot.depth))
+def write_shot(camera: Path, frame: int, shot: Shot, *, cover: bool) -> list[Path]:
+    """Write the pictures of a frame, and return their paths."""
+    depth = encode_depth(shot.depth)
+    pictures: dict[str, Any] = {FRAMES: shot.picture, "ids": shot.ids, "depth": depth}
     if shot.normals is not None:
-        write_picture(camera / "normals" / name, encode_normals(shot.normals, seen))
+        pictures["normals"] = encode_normals(shot.normals, shot.ids > 0)
     if shot.albedo is not None:
-        write_picture(camera / "albedo" / name, shot.albedo)
+        pictures["albedo"] = shot.albedo
     if shot.flow is not None:
-        write_picture(camera / "flow" / name, encode_flow(*shot.flow))
+        pictures["flow"] = encode_flow(*shot.flow)
     if cover:
-        write_picture(camera / COVER / name, shot.cover)
+        pictures[COVER] = shot.cover
+    written = {camera / kind / frame_name(frame): values for kind, values in pictures.items()}
+    for path, values in written.items():
+        write_picture(path, values)
+    return list(written)
 
 
 class _Gatherer:
@@ -176,7 +180,7 @@ def _leave(path: Path, arrays: dict[str, Any], seconds: dict[str, float]) -> Non
     parts = {f"seconds_{name}": value for name, value in seconds.items()}
     told: dict[str, Any] = {"format": FORMAT, "version": VERSION, **arrays, **parts}
     np.savez(made, **told)
-    os.replace(made, path)
+    rename_new(made, path)
 
 
 def seconds_of(numbers: dict[str, Any]) -> dict[str, float]:

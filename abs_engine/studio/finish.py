@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -35,6 +34,7 @@ from abs_engine.dataset.codec import (
 )
 from abs_engine.dataset.picture import read_picture
 from abs_engine.io.assets import LIPS_OF_68, Speaker
+from abs_engine.io.naming import rename_new
 from abs_engine.io.video import VideoWriter
 from abs_engine.studio.chunk import Job, read_numbers, seconds_of
 from abs_engine.studio.plan import ClipPlan, View
@@ -159,7 +159,7 @@ def encode(plan: ClipPlan, view: View, folder: Path, advance: Advance) -> None:
         for frame in range(len(plan)):
             video.write(read_picture(folder / FRAMES / frame_name(frame), FRAMES, size))
             advance()
-    os.replace(made, folder / VIDEO)
+    rename_new(made, folder / VIDEO)
 
 
 def clip_entry(plan: ClipPlan) -> ClipEntry:

@@ -20,6 +20,7 @@ from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset.codec import BOARD, HAND, MICROPHONE
+from abs_engine.io.naming import settle
 from abs_engine.io.npz import read_npz
 from abs_engine.studio.appearance.optics import Background, Sensor
 
@@ -197,6 +198,7 @@ def store(plan: ClipPlan, path: Path) -> None:
     arrays |= {"format": FORMAT, "version": VERSION, "told": json.dumps(told)}
     made = path.with_name(f".{path.name}")
     np.savez(made, **arrays)
+    settle(made)
     os.replace(made, path)
 
 

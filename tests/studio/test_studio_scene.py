@@ -21,6 +21,7 @@ from abs_engine.core.clock import Clock, cost_lines
 from abs_engine.core.errors import InputFileError, OutputError, StudioError
 from abs_engine.dataset import card, codec, load_dataset, offsets
 from abs_engine.evaluate.check import check_dataset
+from abs_engine.io import naming
 from abs_engine.io.naming import partial_of
 from abs_engine.studio import chunk, filming, make
 from abs_engine.studio.chunk import Job, jobs_of
@@ -176,6 +177,35 @@ def test_interrupted_and_given_again_it_goes_on_to_the_same_pixels_as_with_two_p
     assert "20 of 32 frames were there from before" in capsys.readouterr().out
     assert sorted(p.name for p in tmp_path.iterdir()) == ["data", "s.toml"]
     same_files(dataset, tmp_path / "data")
+
+
+def test_what_counts_as_done_was_on_the_disk_before(tmp_path, monkeypatch):
+    """A power cut leaves no chunk, plan or video that is taken for whole and is not."""
+    settled, too_soon, named = set(), [], []
+    sync = os.fsync
+
+    def synced(number):
+        settled.add(Path(os.readlink(f"/proc/self/fd/{number}")))
+        sync(number)
+
+    def watched(rename):
+        def first(made, place):
+            named.append(place.name)
+            needed = [made]
+            if place.parent.name == "chunks":
+                needed += (p for p in (place.parents[1] / "whole").rglob("*.*") if p.is_file())
+            too_soon.extend(set(needed) - settled)
+            rename(made, place)
+
+        return first
+
+    monkeypatch.setattr(os, "fsync", synced)
+    monkeypatch.setattr(os, "replace", watched(os.replace))
+    monkeypatch.setattr(naming, "_rename_only", watched(naming._rename_only))
+    scene = parse_scene(SCENE.replace("frames = 24", "frames = 3"))
+    filming.film_scene(scene, tmp_path / "data", crew=Crew(1))
+    assert {Job(0, 0, 0).name, "00000.npz", codec.VIDEO, "data"} <= set(named)
+    assert not too_soon
 
 
 def same_files(first, second):
