@@ -71,7 +71,9 @@ def check_free(path: Path, ending: str = "") -> Path:
             "make it or choose another place",
         )
     if not os.access(path.parent, os.W_OK | os.X_OK):  # said before the work, not after it
-        raise unwritable(path, PermissionError(errno.EACCES, os.strerror(errno.EACCES)))
+        read_only = os.statvfs(path.parent).f_flag & os.ST_RDONLY
+        number = errno.EROFS if read_only else errno.EACCES
+        raise unwritable(path, OSError(number, os.strerror(number)))
     return path
 
 

@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -137,9 +138,13 @@ def test_a_parent_made_for_an_output_that_failed_is_taken_away(tmp_path):
         pass
 
 
-def test_a_folder_that_takes_nothing_is_named_before_the_work(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("flags", "why"), [(0, "Permission denied"), (os.ST_RDONLY, "Read-only file system")]
+)
+def test_a_folder_that_takes_nothing_is_named_before_the_work(tmp_path, monkeypatch, flags, why):
     monkeypatch.setattr(os, "access", lambda path, mode: path != tmp_path)  # root may write to all
-    with pytest.raises(OutputError, match=r"model.npz cannot be written \(Permission denied\)"):
+    monkeypatch.setattr(os, "statvfs", lambda _path: SimpleNamespace(f_flag=flags))
+    with pytest.raises(OutputError, match=rf"model.npz cannot be written \({why}\)"):
         check_free(tmp_path / "model.npz", ".npz")
 
 
