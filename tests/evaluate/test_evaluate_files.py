@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -401,7 +402,21 @@ def test_the_command_scores_one_run_where_it_lies(truth, dataset, tmp_path, caps
     assert not (run / "evaluation" / "truth_scores.json").exists()
     assert (run / "evaluation" / "truth_curves.png").stat().st_size > 1000
     assert main(["evaluate", str(run), "--truth", str(dataset)]) == 2
-    assert "exists already; give another with -o or remove it" in capsys.readouterr().err
+    assert capsys.readouterr().err.endswith("remove it (-o gives another place)\n")
+
+
+def test_the_command_says_how_to_choose_a_place_whatever_is_wrong_with_the_usual_one(
+    truth, dataset, tmp_path, monkeypatch, capsys
+):
+    run = write_run(tmp_path / "run", truth)
+    monkeypatch.setattr(os, "access", lambda path, mode: path != run)
+    words = ["evaluate", str(run), "--truth", str(dataset)]
+    assert main(words) == 2
+    said = capsys.readouterr().err
+    assert "evaluation cannot be written (Permission denied)" in said
+    assert said.endswith("(-o gives another place)\n")
+    assert main([*words, "-o", str(run / "scores")]) == 2
+    assert "(-o" not in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.core.errors import OutputError
 
-_RENAME = "choose another name"
 _FORMATS = """\
 CSV files, with the column names in the first line:
   landmarks, a row a point    frame,point,x,y,unit, optionally time,z,space: point 0 to 67 in the
@@ -50,9 +49,8 @@ def evaluate(chosen: Chosen) -> Done:
     try:
         done = score(chosen.results, chosen.truth, folder, seed=chosen.seed, view=view)
     except OutputError as error:
-        if chosen.output is not None or _RENAME not in error.remedy:
+        if chosen.output is not None:
             raise
-        remedy = error.remedy.replace(_RENAME, "give another with -o")
-        raise OutputError(error.problem, remedy) from error
+        raise OutputError(error.problem, f"{error.remedy} (-o gives another place)") from error
     scores = json.loads((done.folder / SCORES).read_text(encoding="utf-8"))
     return Done([*done.lines(), f"wrote {done.folder}"], {"output": done.folder, **scores})
