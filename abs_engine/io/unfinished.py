@@ -59,6 +59,10 @@ class NewFolder(Making):
         also for any `OSError` of the writing.
     """
 
+    what = "what an interrupted command had kept"
+    remedy = "finish it by the same command, choose another name, or remove that folder"
+    """What is said of what can be gone on with, and what to do."""
+
     def __init__(self, folder: Path) -> None:
         self.target = Path(folder)
         self._check()
@@ -105,10 +109,7 @@ class NewFolder(Making):
     def _begin(self) -> None:
         """Make ready what is filled."""
         if is_kept(self.partial):
-            raise OutputError(
-                f"{self.partial} holds what an interrupted command had kept",
-                "finish it by the same command, choose another name, or remove that folder",
-            )
+            raise OutputError(f"{self.partial} holds {self.what}", self.remedy)
         self._begin_again()
 
     def _begin_again(self) -> None:
@@ -160,8 +161,9 @@ class Unfinished(NewFolder):
         Must not exist; its parent must.
     choices : str
         All that the content follows from; '' begins again whatever lies there.
-    anew : bool
-        Whether what was begun with other choices is removed; else it is an error.
+    anew : str
+        The command, if what it began with other choices is removed; else that is an error, as what
+        other commands began always is.
     also : str
         Choices that what was begun may be gone on with by others, but that its end follows from.
     by : str
@@ -183,16 +185,12 @@ class Unfinished(NewFolder):
         If the folder exists, made with the same choices, with all the files that it had.
     """
 
-    what = "what was begun with other choices"
-    remedy = "choose the same, or remove that folder to begin again"
-    """What is said of it, and what to do."""
-
     def __init__(
-        self, folder: Path, choices: str, anew: bool = False, also: str = "", by: str = ""
+        self, folder: Path, choices: str, anew: str = "", also: str = "", by: str = ""
     ) -> None:
         self._choices, self._anew, self._also = choices, anew, also
         self.resumed = self.replaced = False
-        self._basis = f"{choices}\n{by}" if choices and by else choices
+        self._basis = f"{anew}\n{choices}\n{by}" if choices else ""
         super().__init__(folder)
 
     def _check(self) -> None:
@@ -239,8 +237,9 @@ class Unfinished(NewFolder):
         if is_kept(self.partial):
             begun = basis.read_text(encoding="utf-8")
             self.resumed = begun == self._basis != ""
-            if not self.resumed and not self._anew:
-                raise OutputError(f"{self.partial} holds {self.what}", self.remedy)
+            own = self._anew and begun.startswith(f"{self._anew}\n")
+            if begun and self._choices and not (self.resumed or own):
+                super()._begin()  # which refuses it
             self.replaced = not self.resumed and begun != ""
         if not self.resumed:
             self._begin_again()

@@ -117,7 +117,7 @@ def run_demo(
         If the studio cannot draw on this machine.
     """
     choices = f"{options}\n{renderer.description}\n{code_digest()}"
-    with Unfinished(folder, choices, anew=True) as made, kept_if_of_use(made, made.work):
+    with Unfinished(folder, choices, anew="demo") as made, kept_if_of_use(made, made.work):
         clip, run_folder, evaluation = (made.work / part for part in (CLIP, RUN, EVALUATION))
         if not made_before(clip):
             film_clip(

@@ -21,7 +21,7 @@ class Journal(Unfinished):
     ----------
     folder : Path
         Where the data set will be; must not exist.
-    scene : str
+    choices : str
         Digest of all that the data set follows from; '' begins again whatever lies there.
 
     Raises
@@ -33,9 +33,6 @@ class Journal(Unfinished):
 
     what = "what another scene, release or command had begun"
     remedy = "give the same scene, seed and release, or remove that folder to begin again"
-
-    def __init__(self, folder: Path, scene: str) -> None:
-        super().__init__(folder, scene, anew=not scene)
 
     def _begin(self) -> None:
         super()._begin()

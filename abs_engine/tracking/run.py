@@ -170,7 +170,7 @@ def track_video(
     video, folder = to_path("video", video), to_path("folder", folder)
     check_options(options, probe(video))
     choices, by = _choices(video, options, beside), renderer.description
-    with Unfinished(folder, choices, anew=True, by=by) as made:
+    with Unfinished(folder, choices, anew="track", by=by) as made:
         frames = made.partial / FRAMES
         if made.replaced and remark is not None:
             remark(DISCARDED)

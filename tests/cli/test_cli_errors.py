@@ -27,6 +27,7 @@ from abs_engine.core.errors import InputFileError
 from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.raster import OpenGLRenderer
+from abs_engine.studio.journal import Journal
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +59,13 @@ def track(video: object, output: Path, *more: object) -> list[object]:
 
 def test_a_missing_video(fails, tmp_path):
     assert "does not exist" in fails(*track(tmp_path / "none.mp4", tmp_path / "run"))
+
+
+def test_a_film_that_was_interrupted_is_not_tracked_over(fails, noise_video, tmp_path):
+    with Journal(tmp_path / "run", "scene") as journal:
+        (journal.chunks / "00000-000-00000.npz").touch()
+    line = fails(*track(noise_video, tmp_path / "run"))
+    assert f"{journal.partial} holds what an interrupted command had kept; finish it by" in line
 
 
 @pytest.mark.parametrize(

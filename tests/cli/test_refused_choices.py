@@ -61,7 +61,7 @@ def interrupted(tmp_path) -> None:
     """What a command with other options had kept as it was killed."""
     partial = partial_of(tmp_path / "run")
     (partial / WHOLE).mkdir(parents=True)
-    (partial / CHOICES).write_text("others")
+    (partial / CHOICES).write_text("track\nothers")
     (partial / FRAMES).write_bytes(b"frames")
 
 

@@ -119,8 +119,9 @@ def test_hours_of_work_are_not_removed_for_other_choices(tmp_path, monkeypatch, 
 
     _put(monkeypatch, make)
     assert run("000", "-o", tmp_path / "report") == 130
-    assert run("000", "-o", tmp_path / "report", "--seed", 2) == 2
-    assert "choose the same" in capsys.readouterr().err.splitlines()[-1]
+    for other in (("--seed", 2), ("--quick",)):
+        assert run("000", "-o", tmp_path / "report", *other) == 2
+        assert "finish it by the same command" in capsys.readouterr().err.splitlines()[-1]
     assert (tmp_path / ".report.partial" / "whole" / "half").is_file()
 
 

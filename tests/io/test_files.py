@@ -270,7 +270,7 @@ def held(folder):
 
 
 def test_made_again_with_the_same_choices_it_is_left_as_it_is(tmp_path):
-    before = finished(tmp_path / "out", "same", False, "much")
+    before = finished(tmp_path / "out", "same", "", "much")
     assert {path.name for path in before} == {"file", RECORD}
     check_output(tmp_path / "out")
     with pytest.raises(SameOutputError, match="out already exists and is complete"):
@@ -285,7 +285,7 @@ def test_made_again_with_the_same_choices_it_is_left_as_it_is(tmp_path):
 
 @pytest.mark.parametrize("choices", [("other", "much"), ("same", "more"), ("", "much")])
 def test_made_again_with_other_choices_it_exists_already(tmp_path, choices):
-    before = finished(tmp_path / "out", "same", False, "much")
+    before = finished(tmp_path / "out", "same", "", "much")
     with pytest.raises(OutputError, match="exists already") as caught:
         Unfinished(tmp_path / "out", choices[0], also=choices[1])
     assert not isinstance(caught.value, SameOutputError)
@@ -318,26 +318,36 @@ def test_a_file_that_is_missing_is_named(tmp_path):
 
 
 def test_what_was_begun_with_other_choices_is_known_to_be_gone(tmp_path):
-    with Unfinished(tmp_path / "out", "same", anew=True) as made:
+    with Unfinished(tmp_path / "out", "same", anew="it") as made:
         assert not made.replaced
-    with Unfinished(tmp_path / "out", "same", anew=True) as made:
+    with Unfinished(tmp_path / "out", "same", anew="it") as made:
         assert made.resumed
         assert not made.replaced
-    with Unfinished(tmp_path / "out", "other", anew=True) as made:
+    with Unfinished(tmp_path / "out", "other", anew="it") as made:
         assert made.replaced
 
 
-def test_what_another_machine_finished_is_known_but_not_gone_on_with(tmp_path):
-    with Unfinished(tmp_path / "out", "same", anew=True, by="one") as made:
+@pytest.mark.parametrize("other", ["", "other"])
+def test_what_another_command_had_kept_is_not_taken_away(tmp_path, other):
+    with Unfinished(tmp_path / "out", "same", anew=other) as made:
         (made.work / "done").touch()
-    with Unfinished(tmp_path / "out", "same", anew=True, by="one") as again:
+    with pytest.raises(OutputError, match="holds what an interrupted command had kept; finish"):
+        Unfinished(tmp_path / "out", "same", anew="it")
+    with Unfinished(tmp_path / "out", "same", anew=other) as again:
+        assert (again.work / "done").is_file()
+
+
+def test_what_another_machine_finished_is_known_but_not_gone_on_with(tmp_path):
+    with Unfinished(tmp_path / "out", "same", anew="it", by="one") as made:
+        (made.work / "done").touch()
+    with Unfinished(tmp_path / "out", "same", anew="it", by="one") as again:
         assert again.resumed
-    with Unfinished(tmp_path / "out", "same", anew=True, by="other") as again:
+    with Unfinished(tmp_path / "out", "same", anew="it", by="other") as again:
         assert not again.resumed
         assert not list(again.work.iterdir())
         again.finish()
     with pytest.raises(SameOutputError):
-        Unfinished(tmp_path / "out", "same", anew=True, by="one")
+        Unfinished(tmp_path / "out", "same", anew="it", by="one")
 
 
 @pytest.mark.parametrize("place", ["", ".", "..", "/"])

@@ -200,7 +200,7 @@ def test_a_folder_in_the_making_survives(tmp_path):
     with Unfinished(target, "seed 0") as made:
         (made.work / "half").write_text("done")
     assert not target.exists()
-    with pytest.raises(OutputError, match="begun with other choices"):
+    with pytest.raises(OutputError, match="an interrupted command had kept"):
         Unfinished(target, "seed 1")
     with Unfinished(target, "seed 0") as again:
         assert again.resumed

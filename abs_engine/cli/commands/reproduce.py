@@ -108,7 +108,7 @@ def _folder(chosen: Chosen, output: Path, renderer: Renderer) -> Unfinished:
     words = chosen.paper, chosen.quick, chosen.seed, chosen.person, renderer.description
     choices = "\n".join(map(str, (*words, code_digest())))
     also = f"{chosen.sentences} {chosen.twins} {chosen.workers} {_recordings(chosen)}"
-    folder = Unfinished(output, choices, anew=chosen.quick, also=also)
+    folder = Unfinished(output, choices, anew="reproduce" if chosen.quick else "", also=also)
     if folder.resumed:
         say(f"resuming {folder.partial}")
     (folder.partial / KEPT).mkdir(exist_ok=True)
