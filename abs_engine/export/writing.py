@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.errors import OutputError, PluginError
+from abs_engine.core.errors import OutputError, ParameterError, PluginError
 from abs_engine.core.foreign import blamed, own
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.core.kinds import to_path
@@ -17,6 +17,7 @@ from abs_engine.export.exporter import Exporter, Loss, TrackedRun, read_run, rms
 from abs_engine.io.files import check_free, scratch, write_new
 from abs_engine.io.unfinished import NewFolder
 from abs_engine.tracking.measures import closure_arrays, closures, cuts
+from abs_engine.tracking.record import TABLE
 from abs_engine.tracking.run_table import closed_frames
 from abs_engine.tracking.smoothing import Smoothing
 
@@ -61,6 +62,8 @@ def export_run(
     PluginError
         If a plugin's exporter fails, writes nothing, or does not return what is lost.
     """
+    if to == "csv" and to not in EXPORTERS:
+        raise ParameterError("there is no exporter 'csv'", f"use {TABLE} of the run itself")
     exporter: Exporter = EXPORTERS.get(to)
     output = check_free(to_path("output", output), exporter.suffix)
     smoothing = None if smooth is None else Smoothing.named(smooth)

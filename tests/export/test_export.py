@@ -522,6 +522,17 @@ def test_an_exporter_of_one_s_own_that_fails_is_named(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_the_table_that_a_run_has_is_named_unless_a_plugin_exports_one(folder, tmp_path, request):
+    with pytest.raises(ParameterError, match=r"no exporter 'csv'; use results\.csv of the run"):
+        export_run(folder, "csv", tmp_path / "out.csv")
+    with pytest.raises(ParameterError, match="no exporter 'svg'; choose one of arkit"):
+        export_run(folder, "svg", tmp_path / "out.svg")
+    EXPORTERS.add("csv", Exporter("own", lambda _, path: path.write_text("x") and (), ".csv"))
+    request.addfinalizer(lambda: EXPORTERS._added.pop("csv"))
+    export_run(folder, "csv", tmp_path / "out.csv")
+    assert (tmp_path / "out.csv").is_file()
+
+
 @pytest.mark.parametrize("name", ["take.one", "out.v2a", "talk.3", "2024.May.3"])
 def test_a_folder_may_have_a_dot_in_its_name(folder, tmp_path, name):
     export_run(folder, "praat", tmp_path / name)
