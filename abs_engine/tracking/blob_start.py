@@ -13,7 +13,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
-from abs_engine.face.appearance.colour import ColourClasses, usable
+from abs_engine.face.appearance.colour import usable
 from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.appearance.exposure import Exposure, colourless
 from abs_engine.face.head import MouthModel, build_mouth_model
@@ -84,11 +84,6 @@ def _outline(model: MouthModel, pose: Pose, camera: Camera) -> FloatArray:
     return camera.project(pose.apply(points))
 
 
-def learning(known: ColourClasses | None) -> str:
-    """Next step of the preparation, in a few words."""
-    return "fitting the mouth" if known else "learning the clip's colours, fitting the mouth"
-
-
 def _calibrated(
     clip: Clip, model: MouthModel, renderer: Renderer, options: TrackOptions, tell: Tell
 ) -> tuple[Calibration, HeadMotion | GivenMotion, list[CalibrationFrame]]:
@@ -121,9 +116,8 @@ def _calibrated(
     if not (chromatic or model.known):
         raise _no_colour(video, exposure, boxed=given is None and options.mouth is not None)
     colours = usable(colours, chromatic)
-    tell(learning(colours))
     told = given is not None or options.mouth is not None
-    found = calibrate_well(model, frames, camera, renderer, colours, placed=told)
+    found = calibrate_well(model, frames, camera, renderer, tell, colours, placed=told)
     classes = replace(found.classes, chromatic=chromatic, exposure=exposure)
     calibration = replace(found, classes=classes)
     if isinstance(motion, HeadMotion):

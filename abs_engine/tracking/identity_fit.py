@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,7 +62,9 @@ def shift_deviation(stand: Stand, seen: bool) -> FloatArray:
     return np.asarray(each * np.r_[np.ones(5), stand.depth])
 
 
-def calibrate(stand: Stand, known: ColourClasses | None = None, seen: bool = True) -> Calibration:
+def calibrate(
+    stand: Stand, known: ColourClasses | None, seen: bool, tell: Callable[[str], None]
+) -> Calibration:
     """Fit the person's mouth and the clip's colours by turns, from the person of a stand.
 
     Each round learns the colours from where the model now stands, fits every frame's posture, then
@@ -70,7 +72,7 @@ def calibrate(stand: Stand, known: ColourClasses | None = None, seen: bool = Tru
     is looked for by colours that anybody's lips have beside such skin.
 
     With `known` colours only the mouth is fitted. `seen` is whether the poses are those of faces
-    that were found in several frames.
+    that were found in several frames. `tell` is called as each round begins.
 
     Raises
     ------
@@ -80,7 +82,9 @@ def calibrate(stand: Stand, known: ColourClasses | None = None, seen: bool = Tru
     model, poses = stand.model, [frame.pose for frame in stand.frames]
     vectors = np.tile(at_base(model.prototypes[2]), (len(poses), 1))
     deviation = shift_deviation(stand, seen)
-    for turn in range(len(PREPARATION.view_rounds)):
+    rounds = len(PREPARATION.view_rounds)
+    for turn in range(rounds):
+        tell(f"round {turn + 1} of {rounds}")
         if turn == 0 and not model.known:
             wide = replace(stand, more=PREPARATION.searched_more)
             classes = known or wide.learned(vectors, 0)

@@ -5,7 +5,7 @@ The calibration is chosen that explains the clip's pictures best.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -37,11 +37,17 @@ FULLER = {
 catches the light is else taken for skin, and learned so."""
 
 
+def learning(known: ColourClasses | None) -> str:
+    """Next step of the preparation, in a few words."""
+    return "fitting the mouth" if known else "learning the clip's colours, fitting the mouth"
+
+
 def calibrate_well(
     model: MouthModel,
     frames: Sequence[CalibrationFrame],
     camera: Camera,
     renderer: Renderer,
+    tell: Callable[[str], None],
     colours: ColourClasses | None = None,
     placed: bool = False,
 ) -> Calibration:
@@ -49,7 +55,8 @@ def calibrate_well(
 
     Colours are learned unless they are given. `placed` is whether somebody told where the mouth is;
     by default the faces that are found tell it. In either case it is then looked for by colour,
-    about there. The calibration is that which makes its frames' colours most probable.
+    about there. The calibration is that which makes its frames' colours most probable. `tell` is
+    called with what is begun, in a few words.
 
     Raises
     ------
@@ -60,7 +67,11 @@ def calibrate_well(
     begin, seen = no_correction() if faces is None else faces, faces is not None
     frames, nobody = moved(frames, begin, model.pivot), np.zeros(model.n_person)
     stand = Stand(model, frames, camera, renderer, no_correction(), nobody)
-    first = calibrate(stand, colours, seen)
+
+    def telling(doing: str) -> Callable[[str], None]:
+        return lambda turn: tell(f"{doing}, {turn}")
+
+    first = calibrate(stand, colours, seen, telling(learning(colours)))
     if model.known:
         return replace(first, shift=first.shift + begin)
     score = explained(stand, first)
@@ -70,11 +81,12 @@ def calibrate_well(
     if score < PREPARATION.poor_score:
         starts += [(*move, nobody) for move in PREPARATION.nearer_and_farther]
     tried = [first]
-    for down, away, person in starts:
+    for number, (down, away, person) in enumerate(starts, start=1):
+        elsewhere = telling(f"fitting the mouth from elsewhere, {number} of {len(starts)}")
         move = np.array([0.0, 0.0, 0.0, 0.0, down, away * stand.depth])
         there = replace(stand, frames=moved(frames, move, model.pivot), person=person)
         try:
-            found = calibrate(there, colours, seen)
+            found = calibrate(there, colours, seen, elsewhere)
         except (FaceNotFoundError, TooFewPixelsError):
             continue  # nothing to learn from there; the first attempt stands
         tried.append(replace(found, shift=found.shift + move))

@@ -20,7 +20,6 @@ from abs_engine.face.base import Face
 from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
 from abs_engine.fit.shading import with_shading
-from abs_engine.tracking.blob_start import learning
 from abs_engine.tracking.cut_faces import MouthInPicture
 from abs_engine.tracking.frame_choice import Sighted, frames_to_learn
 from abs_engine.tracking.head_fit import AverageHead, seen_in
@@ -30,6 +29,7 @@ from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.mouth_visibility import MouthLook
+from abs_engine.tracking.multistart import learning
 from abs_engine.tracking.placed_mouths import PlacedMouths
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION

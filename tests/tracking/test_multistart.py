@@ -26,22 +26,27 @@ FRAMES = [CalibrationFrame(np.zeros((4, 4, 3), np.uint8), POSE)]
 OWN = np.array([0.01, -0.02, 0.03, 1.0, 2.0, 3.0])
 
 
-def attempt(monkeypatch, scores, model=MODEL):
+def silent(_text):
+    """Tell nobody."""
+
+
+def attempt(monkeypatch, scores, model=MODEL, tell=silent):
     """Calibrate with made-up scores, one for each start; also the poses that were tried.
 
     The third attempt, and no other, begins with full lips where the first did.
     """
     tried = []
 
-    def calibrate(stand, known=None, seen=True):
+    def calibrate(stand, _known, _seen, tell):
         tried.append(stand.frames[0].pose)
+        tell("round 1 of 3")
         assert ((stand.person[1:3] > 0.5).sum() == 2) == (len(tried) == 3)
         return Calibration(np.full(1, len(tried)), OWN, SimpleNamespace(), np.zeros((1, 16)))
 
     monkeypatch.setattr(multistart, "calibrate", calibrate)
     monkeypatch.setattr(multistart, "explained", lambda *a: scores[int(a[-1].person[0]) - 1])
     monkeypatch.setattr(multistart, "log_evidence", lambda _stand, given: scores[: len(given)])
-    return calibrate_well(model, FRAMES, SETTING.camera, SETTING.renderer), tried
+    return calibrate_well(model, FRAMES, SETTING.camera, SETTING.renderer, tell), tried
 
 
 @pytest.mark.parametrize("scores", [[PREPARATION.good_score, 0.0], [PREPARATION.good_score, 1.0]])
@@ -72,6 +77,22 @@ def test_the_best_is_kept_and_its_shift_counts_from_the_given_poses(monkeypatch,
     np.testing.assert_allclose(ours.rotation, there.rotation)
 
 
+def test_each_round_of_each_start_is_announced(monkeypatch):
+    learning, said = "learning the clip's colours, fitting the mouth", []
+
+    def stop(text):
+        said.append(text)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer, stop, placed=True)
+    assert said == [f"{learning}, round 1 of {len(PREPARATION.view_rounds)}"]
+    said.clear()
+    attempt(monkeypatch, [PREPARATION.poor_score, 0.1, 0.1, 0.1], tell=said.append)
+    others = [f"fitting the mouth from elsewhere, {k} of 3, round 1 of 3" for k in (1, 2, 3)]
+    assert said == [f"{learning}, round 1 of 3", *others]
+
+
 def test_a_known_head_is_not_looked_for_elsewhere(monkeypatch):
     known = replace(MODEL, scene=MODEL.held(np.zeros(MODEL.n_person)))
     assert known.known
@@ -82,7 +103,7 @@ def test_a_known_head_is_not_looked_for_elsewhere(monkeypatch):
 def test_a_place_that_was_told_stays_and_leaves_more_open(monkeypatch, placed):
     faces, given = np.array([0.0, 0.1, 0.2, 10.0, 20.0, 30.0]), []
 
-    def calibrate(stand, known=None, seen=True):
+    def calibrate(stand, _known, seen, _tell):
         given.append((stand.frames[0].pose, seen))
         return Calibration(np.zeros(1), OWN, SimpleNamespace(), np.zeros((1, 16)))
 
@@ -90,7 +111,7 @@ def test_a_place_that_was_told_stays_and_leaves_more_open(monkeypatch, placed):
     monkeypatch.setattr(multistart, "calibrate", calibrate)
     monkeypatch.setattr(multistart, "explained", lambda *_: PREPARATION.good_score)
     monkeypatch.setattr(multistart, "log_evidence", lambda _stand, given: np.zeros(len(given)))
-    calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer, placed=placed)
+    calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer, silent, placed=placed)
     there = POSE if placed else shifted(POSE, faces, MODEL.pivot)
     assert [seen for _, seen in given] == [not placed] * 2
     np.testing.assert_allclose(given[0][0].translation, there.translation)
@@ -102,7 +123,7 @@ def test_a_place_that_was_told_stays_and_leaves_more_open(monkeypatch, placed):
 def test_known_colours_are_not_learned_again(monkeypatch):
     given = []
 
-    def calibrate(_stand, known=None, seen=True):
+    def calibrate(_stand, known, _seen, _tell):
         given.append(known)
         return Calibration(np.zeros(1), OWN, known, np.zeros((1, 16)))
 
@@ -110,7 +131,7 @@ def test_known_colours_are_not_learned_again(monkeypatch):
     monkeypatch.setattr(multistart, "explained", lambda *_: 0.1)
     monkeypatch.setattr(multistart, "log_evidence", lambda _stand, given: np.zeros(len(given)))
     colours = SimpleNamespace()
-    found = calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer, colours)
+    found = calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer, silent, colours)
     assert found.classes is colours
     assert given == [colours] * (1 + len(STARTS))
 
@@ -118,7 +139,7 @@ def test_known_colours_are_not_learned_again(monkeypatch):
 def test_a_start_without_colours_to_learn_is_left_out(monkeypatch):
     tried = []
 
-    def calibrate(_stand, known=None, seen=True):
+    def calibrate(_stand, known, _seen, _tell):
         tried.append(known)
         if len(tried) in (2, 4):
             raise TooFewPixelsError("only 3 pixels show lips", "give a larger face")
@@ -129,6 +150,6 @@ def test_a_start_without_colours_to_learn_is_left_out(monkeypatch):
     monkeypatch.setattr(
         multistart, "log_evidence", lambda _stand, given: [c.person[0] for c in given]
     )
-    found = calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer)
+    found = calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer, silent)
     assert len(tried) == 1 + len(STARTS)
     assert found.person[0] == len(tried)
