@@ -9,13 +9,20 @@ from pathlib import Path
 from typing import Any
 
 from abs_engine.clips.job import BETWEEN, DONE, FAILED, Job, Outcome, traceback_of
-from abs_engine.core.errors import AbsEngineError, BusyOutputError, OutputError, SameOutputError
+from abs_engine.core.errors import (
+    AbsEngineError,
+    BusyOutputError,
+    InputFileError,
+    OutputError,
+    SameOutputError,
+)
 from abs_engine.core.foreign import named
 from abs_engine.core.registry import PLUGINS, load_plugin
+from abs_engine.core.release import engine_version
 from abs_engine.core.threads import keep_to_one_core
 from abs_engine.render.select import opened_renderer
 from abs_engine.tracking.output import read_facts
-from abs_engine.tracking.run import track_video, without_paths
+from abs_engine.tracking.run import options_in, track_video
 
 _ONE = threading.Lock()
 """A process tracks one clip at a time, however many threads its scheduler gave it."""
@@ -80,13 +87,22 @@ def _tracked(job: Job) -> tuple[dict[str, Any], float]:
 
 
 def check_same_options(job: Job) -> None:
-    """Raise `OutputError` if a run that is there was tracked with other options.
+    """Raise `OutputError` if a run that is there is of another release, or of other options.
 
     So much is seen without its clip; `track_job` sees the rest.
     """
+    try:
+        release = read_facts(job.folder)["engine_version"]
+    except (InputFileError, KeyError):  # there is none, or none that is whole
+        release = engine_version()
+    if release != engine_version():
+        raise OutputError(
+            f"{job.folder} was tracked by abs-engine {release}, and this is {engine_version()}",
+            "choose another folder for the runs, or use that release",
+        )
     there = {name: job.folder / name for name in job.beside if (job.folder / name).is_file()}
     if any(
-        without_paths(path.read_text("utf-8", "replace")) != without_paths(job.beside[name])
+        options_in(path.read_text("utf-8", "replace")) != options_in(job.beside[name])
         for name, path in there.items()
     ):
         raise OutputError(

@@ -216,15 +216,17 @@ def _choices(video: Path, options: TrackOptions, beside: Mapping[str, str]) -> s
     chosen, _ = resolved(options)
     given = {name: _content(value) for name, value in vars(chosen).items()}
     plugins = [digest(path) for path in PLUGINS]
-    asked = {name: without_paths(text) for name, text in beside.items()}
+    asked = {name: options_in(text) for name, text in beside.items()}
     return fingerprint((digest(video), code_digest(), given, plugins, asked))
 
 
-def without_paths(settings: str) -> str:
-    """Text of a run's settings without the paths, which are others once it was moved.
+def options_in(settings: str) -> str:
+    """Text of a run's settings without what may differ where the options are the same.
 
-    From a new folder, all lead out of it.
+    Comments name the release. Paths are others once the run was moved: from a new folder, all lead
+    out of it.
     """
+    settings = re.sub(r"^#.*\n", "", settings, flags=re.MULTILINE)
     return re.sub(r'"\.\.(?:/(?:[^"\\]|\\.)*)?"', '".."', settings)
 
 

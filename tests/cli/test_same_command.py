@@ -131,7 +131,7 @@ def test_the_content_of_a_file_counts_and_not_its_name(tmp_path, option):
     assert digest("one", "this") == digest("other", "this") != digest("one", "that")
 
 
-def test_the_place_of_a_file_in_the_settings_does_not_count(tmp_path):
+def test_the_place_of_a_file_in_the_settings_and_comments_do_not_count(tmp_path):
     def digest(settings: str) -> str:
         (tmp_path / "video.mp4").touch()
         return _choices(tmp_path / "video.mp4", TrackOptions(), {"settings.toml": settings})
@@ -139,5 +139,6 @@ def test_the_place_of_a_file_in_the_settings_does_not_count(tmp_path):
     one = digest('renderer = "cpu"\nplugin = [\n    "../a \\"b\\".py",\n    "../c.py",\n]\n')
     other = digest('renderer = "cpu"\nplugin = [\n    "../../d/a.py",\n    "..",\n]\n')
     assert one == other
+    assert digest("# abs-engine 9: track\nface = 1\n") == digest("# another\nface = 1\n")
     assert one != digest('renderer = "gl"\nplugin = [\n    "../a.py",\n    "../c.py",\n]\n')
     assert one != digest('renderer = "cpu"\nplugin = [\n    "../a.py",\n]\n')

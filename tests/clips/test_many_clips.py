@@ -33,6 +33,7 @@ from abs_engine.clips.many import DEATHS, GIVEN_UP, _outcome, _Watched, track_ma
 from abs_engine.clips.table import TABLE, rows_of_others, runs_folder, write_table
 from abs_engine.clips.worker import check_same_options, track_job
 from abs_engine.core.errors import OutputError, ParameterError
+from abs_engine.core.release import engine_version
 from abs_engine.dataset.sums import digest
 from abs_engine.io.naming import partial_of
 from abs_engine.tracking.frame_journal import FRAMES
@@ -542,6 +543,20 @@ def test_options_are_the_same_where_only_the_paths_of_their_files_changed(tmp_pa
     for other in ('camera = "../../c.json"\nface = 2\n', "face = 1\n"):
         with pytest.raises(OutputError, match="was tracked with other options"):
             check_same_options(asked(other))
+
+
+def test_another_release_is_named_and_a_comment_about_it_is_no_other_option(tmp_path):
+    run = tmp_path / "runs" / "a"
+    run.mkdir(parents=True)
+    (run / "settings.toml").write_text("# abs-engine 0.0.1: track\nface = 1\n")
+    asked = replace(job(tmp_path), beside={"settings.toml": "# abs-engine 9: track\nface = 1\n"})
+    check_same_options(asked)
+    (run / "timing.json").write_text("{}")
+    (run / "run.json").write_text(json.dumps({"engine_version": engine_version()}))
+    check_same_options(asked)
+    (run / "run.json").write_text('{"engine_version": "0.0.1"}')
+    with pytest.raises(OutputError, match=r"was tracked by abs-engine 0\.0\.1, and this is"):
+        check_same_options(asked)
 
 
 @pytest.mark.parametrize(
