@@ -1,4 +1,4 @@
-"""Points that bear each other's names in some frames, as beads that were mixed up do."""
+"""Points that bear each other's names in some frames or one view, as mixed-up beads do."""
 
 from __future__ import annotations
 
@@ -7,7 +7,11 @@ from itertools import combinations
 
 import numpy as np
 
+from abs_engine.capture.headframe import HeadMotion
+from abs_engine.capture.observations import Observations
 from abs_engine.capture.settings import CAPTURE
+from abs_engine.capture.triangulate import triangulate
+from abs_engine.capture.view import View
 from abs_engine.core.arrays import BoolArray, FloatArray
 
 _NAMED = 6
@@ -45,3 +49,24 @@ def most_often(pairs: Pairs, numbers: Sequence[int]) -> tuple[int, int, str]:
     said = ", ".join(str(numbers[frame]) for frame in frames[:_NAMED])
     word = "frame" if len(frames) == 1 else "frames"
     return a, b, f"{word} {said}{', ...' if len(frames) > _NAMED else ''}"
+
+
+def crossed(observed: Observations, views: Sequence[View], names: Sequence[str]) -> FloatArray:
+    """Places (K, K, 3), mm, head frame, where the points lie if one of two views exchanged names.
+
+    That of the first view's point i and the second view's j, if they are one; the mean over a few
+    frames in which all of the points were found.
+
+    Raises
+    ------
+    DegenerateViewsError
+        If the views leave depth open.
+    """
+    at = [observed.names.index(name) for name in names]
+    whole = np.flatnonzero(observed.found[:, at].all(axis=1))
+    few = whole[:: 1 + len(whole) // CAPTURE.crossed_frames]
+    one, other = observed.pixels[:, few][:, :, at]
+    seen = np.stack(np.broadcast_arrays(one[:, :, None], other[:, None]))
+    head = observed.rotations[few], observed.translations[few], observed.rigid_error[few]
+    placed = HeadMotion(*head).to_head(triangulate(views, seen).points)
+    return np.asarray(placed.mean(axis=0))

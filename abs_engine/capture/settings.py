@@ -114,6 +114,9 @@ class CaptureSettings:
         visemes: none of 420 is refused as it is. Of 900 pairs that were mixed up in one viseme, all
         850 that lie 20 mm or more apart are named, 40 of 41 that lie 10 to 20 mm apart, 2 of 9
         others.
+    crossed_frames : int
+        In which points are tried with each other's names in one view, at most. A bound on time.
+        Not measured.
     lips_behind : float, mm
         In front of the upper front teeth's edge, that lips lie at least. Chosen: usual are 2 to 12.
     """
@@ -162,6 +165,7 @@ class CaptureSettings:
     wide: float = 200.0
     moved: float = 7.0
     nearer: float = 0.5
+    crossed_frames: int = 20
     lips_behind: float = -10.0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -122,13 +123,15 @@ def correspond(
     return Correspondence(points, rest, head[at], person or "", scale, turn, shift, misfit)
 
 
-def check_dots(speaker: Speaker, mean: FloatArray) -> None:
+def check_dots(speaker: Speaker, mean: FloatArray, crossed: FloatArray | None = None) -> None:
     """Refuse dots that are no lips in the head frame.
 
     Parameters
     ----------
     mean : (16, 3) float64, mm, head frame
         Mean places of the dots of `dot_annotations.LIPS16`.
+    crossed : (16, 16, 3) float64, mm, head frame, optional
+        Where they lie if one view exchanged names, see `capture.exchanged.crossed`.
 
     Raises
     ------
@@ -137,7 +140,7 @@ def check_dots(speaker: Speaker, mean: FloatArray) -> None:
     """
     home = speaker.vertices[lips17(speaker)[: len(LIPS16)]].astype(np.float64)
     _check_depth(mean)
-    _check_names(mean, home)
+    _check_names(mean, home, crossed)
     _check_frame(*similarity(home, mean)[:2])
 
 
@@ -166,36 +169,45 @@ def _check_depth(mean: FloatArray) -> None:
         )
 
 
-def _check_names(mean: FloatArray, home: FloatArray) -> None:
+def _check_names(mean: FloatArray, home: FloatArray, crossed: FloatArray | None = None) -> None:
     """Refuse mean dots (16, 3) that come far nearer to the average head's with names exchanged.
 
-    Of two dots, or left and right of all.
+    Of two dots, in all views or in one, or left and right of all.
     """
-    pairs = list(combinations(range(len(home)), 2))
-    exchanged = [_laid(_exchanged(mean, pair), home) for pair in pairs]
-    best, own = int(np.argmin(exchanged)), _laid(mean, home)
-    mirrored = _laid(mean * [-1, 1, 1], home)
-    if mirrored < min(LEARNING.exchanged * own, exchanged[best]):
+    own, mirrored = _laid(mean, home), _laid(mean * [-1, 1, 1], home)
+    exchanges = _exchanges(mean, crossed)
+    ways = [(_laid(dots, home), where, a, b) for where, a, b, dots in exchanges]
+    best, where, a, b = min(ways)
+    if mirrored < min(LEARNING.exchanged * own, best):
         raise ParameterError(
             "left and right seem exchanged in the names of the dots: laid on the average head, the "
             f"mean dots are {own:.1f} mm RMS from its own, and {mirrored:.1f} if they are mirrored",
             "exchange left and right, or, if the names are right, check the order of cameras and "
             "videos, and that the axes are right-handed",
         )
-    if exchanged[best] < LEARNING.exchanged * own:
-        one, other = (LIPS16[k] for k in pairs[best])
+    if best < LEARNING.exchanged * own:
         raise ParameterError(
-            f"the dots {one} and {other} have each other's place: laid on the average head, the "
-            f"mean dots are {own:.1f} mm RMS from its own, and {exchanged[best]:.1f} if these two "
-            "are exchanged",
-            "exchange their names in the file of points or markers, and observe again",
+            f"the dots {LIPS16[a]} and {LIPS16[b]} have each other's place{where}: laid on the "
+            f"average head, the mean dots are {own:.1f} mm RMS from its own, and {best:.1f} if "
+            "these two are exchanged",
+            f"exchange their names{where} in the file of points or markers, and observe again",
         )
 
 
-def _exchanged(dots: FloatArray, pair: tuple[int, int]) -> FloatArray:
-    out = dots.copy()
-    out[list(pair)] = dots[list(pair[::-1])]
-    return out
+def _exchanges(
+    mean: FloatArray, crossed: FloatArray | None
+) -> Iterator[tuple[str, int, int, FloatArray]]:
+    """Ways in which two names may be exchanged: the view, the two, and all dots with it undone."""
+    for a, b in combinations(range(len(mean)), 2):
+        ways = {"": (mean[b], mean[a])}
+        if crossed is not None:
+            ways[" in view 1"] = crossed[b, a], crossed[a, b]
+            ways[" in view 2"] = crossed[a, b], crossed[b, a]
+        for where, places in ways.items():
+            dots = mean.copy()
+            dots[[a, b]] = places
+            if np.isfinite(dots).all():
+                yield where, a, b, dots
 
 
 def _laid(dots: FloatArray, home: FloatArray) -> float:

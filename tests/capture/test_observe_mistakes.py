@@ -293,6 +293,23 @@ def test_left_and_right_exchanged_are_warned_of(files, tracks, capsys):
     assert "warning: left and right seem exchanged in the names" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("view", [0, 1])
+@pytest.mark.parametrize(
+    "names", [("upper_outer_1", "upper_outer_3"), ("corner_left", "lower_inner_2")]
+)
+def test_names_exchanged_in_one_view_are_named_as_such(files, tracks, capsys, names, view):
+    """Of dots of one height, which both views agree on even so, at a wrong depth."""
+    pixels, pair = tracks[0].pixels.copy(), [LIPS17.index(name) for name in names]
+    pixels[view][:, pair] = pixels[view][:, pair[::-1]]
+    tracks.append(replace(tracks[0], pixels=pixels))
+    assert files.observe() == 0
+    said = capsys.readouterr().out
+    assert " 0 of 51 not found" in said
+    assert f"warning: the dots {' and '.join(sorted(names, key=LIPS17.index))} have each" in said
+    assert f"have each other's place in view {view + 1}: laid" in said
+    assert f"exchange their names in view {view + 1} in the file" in said
+
+
 def test_points_that_are_mostly_not_found_are_warned_of(files, tracks, capsys):
     pixels = tracks[0].pixels.copy()
     pixels[0, :, ::2] += [0.0, 40.0]

@@ -17,7 +17,7 @@ from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.cli.parts.dots import DotsFilm, views_of
 from abs_engine.cli.parts.drawing import note
 from abs_engine.cli.parts.progress import Progress
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import DegenerateViewsError, ParameterError
 from abs_engine.core.words import counted
 from abs_engine.io.files import check_free, write_new
 
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from abs_engine.capture.head import HeadChoice
     from abs_engine.capture.observations import Observations
     from abs_engine.capture.session import Moment
+    from abs_engine.capture.view import View
 
 _NOTES = """\
 Points and corrections are CSV files with the columns frame, view, point, x, y (or JSON): frames
@@ -165,7 +166,7 @@ def _videos(chosen: Chosen, videos: Sequence[Path]) -> Done:
             write_new(chosen.review, write_marks(rows).encode())
         overlay.finish()
     looked_at = f"{len(rows)} of {tracks.scores.size} places should be looked at by a person"
-    return _done(chosen, observed, [*_order(observed, chosen.largest_error), looked_at])
+    return _done(chosen, observed, views, [*_order(observed, chosen.largest_error), looked_at])
 
 
 def _order(observed: Observations, largest_error: float) -> list[str]:
@@ -206,7 +207,9 @@ def _markers(chosen: Chosen, files: Sequence[Path]) -> Done:
     return _done(chosen, observed)
 
 
-def _done(chosen: Chosen, observed: Observations, more: Sequence[str] = ()) -> Done:
+def _done(
+    chosen: Chosen, observed: Observations, views: Sequence[View] = (), more: Sequence[str] = ()
+) -> Done:
     import numpy as np
 
     found, missing = observed.found, observed.found.size - int(observed.found.sum())
@@ -226,18 +229,19 @@ def _done(chosen: Chosen, observed: Observations, more: Sequence[str] = ()) -> D
                 "warning: these points are not rigid: name others, or look for frames in which one "
                 "was lost or mistaken for another"
             )
-    lines += _doubts(observed)
+    lines += _doubts(observed, views)
     head = int((~np.isfinite(observed.rotations).all(axis=1)).sum())
     lines += [f"{counted(head, 'frame')} without the head", *more, f"wrote {chosen.output}"]
     facts = {"frames": observed.frames, "missing": missing, "uncertain": uncertain}
     return Done(lines, {"output": chosen.output, **facts, "frames_without_head": head})
 
 
-def _doubts(observed: Observations) -> list[str]:
+def _doubts(observed: Observations, views: Sequence[View]) -> list[str]:
     """A warning if the dots do not lie as those of lips do: 'train' would refuse them."""
     import numpy as np
 
     from abs_engine.capture.dot_annotations import LIPS16
+    from abs_engine.capture.exchanged import crossed
     from abs_engine.io.assets import load_speaker
     from abs_engine.learn.correspondence import check_dots
 
@@ -248,7 +252,8 @@ def _doubts(observed: Observations) -> list[str]:
     if not len(dots):
         return []
     try:
-        check_dots(load_speaker(), dots.mean(axis=0))
-    except ParameterError as error:
+        swapped = crossed(observed, views, LIPS16) if views else None
+        check_dots(load_speaker(), dots.mean(axis=0), swapped)
+    except (DegenerateViewsError, ParameterError) as error:
         return [f"warning: {error}"]
     return []
