@@ -204,6 +204,8 @@ class ClipSetting:
         How landmarks are weighed, where the network is asked.
     learned_lips : bool
         Whether the mouth moves as lips of learned physics alone, which may be unable to open.
+    others : bool
+        Whether faces besides the followed one are looked for, as nobody has chosen it.
     warnings : tuple of str
         What a user should know before believing the run, whatever its frames show.
     hint : str
@@ -226,6 +228,7 @@ class ClipSetting:
     pose_held: bool = False
     landmarks: MouthLandmarks | None = None
     learned_lips: bool = False
+    others: bool = False
     warnings: tuple[str, ...] = ()
     hint: str = ""
     clock: Clock = field(default_factory=lambda: Clock(time.thread_time))

@@ -15,7 +15,13 @@ from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.threads import begin, one_thread
 from abs_engine.core.words import counted
 from abs_engine.io.video import read_frames
-from abs_engine.tracking.face_detection import Face, faces_about, faces_any_way_up, faces_turned
+from abs_engine.tracking.face_detection import (
+    Face,
+    faces_about,
+    faces_any_way_up,
+    faces_beside,
+    faces_turned,
+)
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.landmarks import Landmarks, landmarks_again, landmarks_of
 from abs_engine.tracking.settings.detection import DETECTION
@@ -59,7 +65,7 @@ class FaceChoice:
             near = self.box.shown(faces_about(image, self.box.centre, self.box.size))
             near = near or self.box.shown(faces_any_way_up(image))
             return (None, []) if near is None else (_believed(landmarks_of(image, near)), [near])
-        seen = faces_seen(image)
+        seen = faces_seen(image, small=True)
         if not seen:
             return None, []
         number = self.number or 1
@@ -72,10 +78,14 @@ class FaceChoice:
         return seen[number - 1][1], [f for f, _ in seen]
 
 
-def faces_seen(image: Image) -> list[tuple[Face, Landmarks]]:
-    """The faces of a picture (H, W, 3) RGB with their landmarks, the largest first."""
-    faces = by_size(faces_any_way_up(image))
-    pairs = [(face, _believed(landmarks_of(image, face))) for face in faces]
+def faces_seen(image: Image, *, small: bool = False) -> list[tuple[Face, Landmarks]]:
+    """The faces of a picture (H, W, 3) RGB with their landmarks, the largest first.
+
+    Asked for, small ones are looked for beside large ones, too.
+    """
+    faces = faces_any_way_up(image)
+    beside = faces_beside(image, faces) if small and faces else []
+    pairs = [(face, _believed(landmarks_of(image, face))) for face in by_size([*faces, *beside])]
     return [(f, m) for f, m in pairs if m is not None]  # what the second network denies is none
 
 

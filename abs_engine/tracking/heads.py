@@ -26,7 +26,7 @@ from abs_engine.tracking.clip_setting import NO_FACE, NO_POSE, ClipSetting
 from abs_engine.tracking.cut_faces import shows_eyes
 from abs_engine.tracking.expected_person import anybody
 from abs_engine.tracking.external_poses import GivenMotion
-from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size, follower_of
+from abs_engine.tracking.face_choice import LARGEST, FaceChoice, FaceFollower, by_size, follower_of
 from abs_engine.tracking.face_detection import faces_any_way_up
 from abs_engine.tracking.frame_choice import candidate_frames, frames_to_learn, to_learn_from
 from abs_engine.tracking.frame_state import ShiftedMotion
@@ -255,5 +255,5 @@ def head_setting(
         face, clip.camera, renderer, clip.info.rate, motion, binder, leaves.driver.minimiser(),
         ByLook(classes, fitted.look, fitted.place), clip.info.times,
         NO_FACE if given is None else NO_POSE, landmarks=marks,
-        learned_lips=options.physics is not None,
+        learned_lips=options.physics is not None, others=choice == LARGEST,
     )  # fmt: skip

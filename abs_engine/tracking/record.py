@@ -41,6 +41,7 @@ from abs_engine.tracking.frame_rows import (
 from abs_engine.tracking.less_explained import doubted, less_explained, shortfall
 from abs_engine.tracking.measures import NAMES, Closure, closure_arrays, closures, velocities
 from abs_engine.tracking.mouth_check import MouthCheck
+from abs_engine.tracking.other_faces import OtherFaces
 from abs_engine.tracking.run_mesh import RunMesh, load_mesh_of
 from abs_engine.tracking.run_summary import summary
 from abs_engine.tracking.run_table import LESS, closed_frames, closure_table, table_of, written
@@ -174,7 +175,7 @@ class Recorder:
 
     def __init__(self, setting: ClipSetting, folder: Path | None = None) -> None:
         self._setting, self._rows = setting, FrameRows(setting.face, folder)
-        self._mouth = MouthCheck(setting)
+        self._mouth, self._others = MouthCheck(setting), OtherFaces(setting)
         self._made = made_by()  # before the first frame: the code may change meanwhile
 
     def __len__(self) -> int:
@@ -184,8 +185,8 @@ class Recorder:
     def add(self, result: FrameResult, image: Image | None = None) -> None:
         """Append the next frame, without the end of its search, which no run holds.
 
-        With its picture (H, W, 3) RGB, some frames of a head that landmarks did not place are
-        looked at again, see `MouthCheck`.
+        With its picture (H, W, 3) RGB, some frames are looked at again, see `MouthCheck` and
+        `OtherFaces`.
 
         Raises
         ------
@@ -195,6 +196,7 @@ class Recorder:
         self._rows.add(result)
         if image is not None:
             self._mouth.add(image, result)
+            self._others.add(image, result)
 
     def record(self) -> Record:
         """All frames so far; what is of a frame by itself lies where its rows do."""
@@ -203,7 +205,8 @@ class Recorder:
         arrays = self._arrays(rows, time, found)
         weights = parted(rows["parameters"])[1].copy()
         mesh = RunMesh(body.mean, body.modes, weights, body.faces, body.rest)
-        counts = summary(arrays, self._setting, self._mouth.warnings())
+        seen = [*self._mouth.warnings(), *self._others.warnings()]
+        counts = summary(arrays, self._setting, seen)
         return Record(arrays, rows["points"], mesh, found, counts, self._made)
 
     def _doubted(self) -> dict[str, NDArray[Any]]:

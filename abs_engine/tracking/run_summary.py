@@ -22,6 +22,7 @@ from abs_engine.tracking.run_warnings import (
     partly_explained,
     reasons_lost,
     small_mouth,
+    unlike_shots,
     untimed,
     without_colour,
 )
@@ -39,8 +40,8 @@ def summary(
 ) -> dict[str, Any]:
     """Counts of frames; mean evaluations and score of the tracked. Covered ones are lost.
 
-    The arrays are as ``results.npz`` has them; `elsewhere` are warnings that the mouth lies beside
-    the face's.
+    The arrays are as ``results.npz`` has them; `elsewhere` are warnings of what frames' pictures
+    show beside what is drawn.
     """
     face = setting.face
     found, cuts = arrays["found"], arrays["index"][arrays["cut"]].tolist()
@@ -58,7 +59,17 @@ def summary(
     timed = [] if _with_gaps(arrays["index"]) else untimed(len(found), len(setting.times))
     less = arrays["less_explained"]
     some = partly_explained(less[found], arrays["index"][found])
-    doubted = [*lost, *little, *some, *elsewhere, *shut, *partly, *landmarks.get("warnings", ())]
+    unlike = unlike_shots(found, arrays["status"], arrays["cut"], arrays["index"])
+    doubted = [
+        *lost,
+        *unlike,
+        *little,
+        *some,
+        *elsewhere,
+        *shut,
+        *partly,
+        *landmarks.get("warnings", ()),
+    ]
     hints = [setting.hint] if doubted and setting.hint else []
     warnings = [*setting.warnings, *timed, *shots, *small, *near, *doubted, *hints]
     work = arrays["evaluations"][found]

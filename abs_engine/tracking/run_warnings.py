@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,9 @@ from abs_engine.core.arrays import BoolArray, IntArray
 from abs_engine.core.words import counted, each_counted
 from abs_engine.face.appearance.colour import shows_lips
 from abs_engine.face.appearance.exposure import USUAL, Exposure
+from abs_engine.tracking.blob_visibility import COVERED
 from abs_engine.tracking.clip_setting import GREY
+from abs_engine.tracking.face_detection import Face
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 NO_COLOUR = (
@@ -91,6 +94,20 @@ NO_EYES = (
 OTHER_TIMES = (
     "{} could be read, but the file gives times of {}: the times in the results follow from the "
     "mean rate, and may be off; convert the video, for example with ffmpeg"
+)
+LARGER = (
+    "a face that is larger than the one that is followed ({:.0f} pixels, not {:.0f}) is seen from "
+    "frame {} on, there about {:.0f} {:.0f}, in {} of {} that were looked at: if you mean that "
+    "one, cut the video so that it begins there"
+)
+ANOTHER = (
+    "in {} of {} that were looked at, of those in which the face that is followed is not found, "
+    "another is seen, first in frame {} about {:.0f} {:.0f}: if it is the same person's, or the "
+    "one that you mean, cut the video there, and track each part"
+)
+UNLIKE_SHOT = (
+    "no frame of the shot from {} to {} is tracked, as its mouth looks unlike that of the other "
+    "shots: it may be another person's, or in another light; track that shot by itself"
 )
 ALL_CLOSED = (
     "the lips are closed in all {} that were tracked: if the person speaks there, look at the "
@@ -179,6 +196,42 @@ def never_open(shut: int, seen: int, looked_at: int) -> list[str]:
 def _many(shut: int, seen: int) -> bool:
     """Whether so many frames, of those in which a face is seen, are no chance."""
     return shut > max(1.0, FRAME_LOOP.most_contradicted * seen)
+
+
+def larger_face(seen: Sequence[tuple[int, Face, float]], looks: int) -> list[str]:
+    """Warning that a larger face than the followed one is seen, if it is in several looks.
+
+    Each sighting is a frame, the face, and how large the followed one is there, px.
+    """
+    if len(seen) < 2 or len(seen) < FRAME_LOOP.most_others * looks:
+        return []
+    first, face, own = seen[0]
+    frames = counted(looks, "frame")
+    return [LARGER.format(face.size, own, first, *face.centre, len(seen), frames)]
+
+
+def only_another(seen: Sequence[tuple[int, Face]], looks: int) -> list[str]:
+    """Warning that a face is seen where the followed one is not found, if in several looks.
+
+    Each sighting is a frame and the face; the looks are those without the followed one.
+    """
+    if len(seen) < 2 or len(seen) < FRAME_LOOP.most_others * looks:
+        return []
+    (first, face), frames = seen[0], counted(looks, "frame")
+    return [ANOTHER.format(len(seen), frames, first, *face.centre)]
+
+
+def unlike_shots(
+    found: BoolArray, status: NDArray[np.str_], cut: BoolArray, index: IntArray
+) -> list[str]:
+    """Warnings of shots in which each frame counts as covered, while others are tracked.
+
+    All are of frames (T,); `cut` says which of them begin another shot, `index` their numbers.
+    """
+    ends = [0, *np.flatnonzero(cut).tolist(), len(found)]
+    shots = [slice(a, b) for a, b in pairwise(ends) if b - a >= FRAME_LOOP.fewest]
+    unlike = [s for s in shots if found.any() and (status[s] == COVERED).all()]
+    return [UNLIKE_SHOT.format(*index[s][[0, -1]]) for s in unlike]
 
 
 def all_closed(closed: NDArray[np.bool_], time: NDArray[np.float64]) -> list[str]:

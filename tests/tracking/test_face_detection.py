@@ -15,7 +15,13 @@ from runs import noise
 
 from abs_engine.core.camera import Camera
 from abs_engine.io.assets import shipped
-from abs_engine.tracking.face_detection import MARKS, faces_about, find_face, find_faces
+from abs_engine.tracking.face_detection import (
+    MARKS,
+    faces_about,
+    faces_beside,
+    find_face,
+    find_faces,
+)
 from abs_engine.tracking.initial_pose import face_marks
 
 PEOPLE = ["clara", "kofi", "walter", "mei", "amara", "ravi"]
@@ -96,6 +102,23 @@ def test_a_face_that_is_meant_is_found_beside_a_larger_one():
     found = faces_about(both, place, 1.2 * small.size)
     assert np.abs(found[0].centre - place).max() < 3.0
     assert faces_about(both, np.array([SIZE[0] + 20.0, 230.0]), 20.0) == []
+
+
+def test_small_faces_beside_a_large_one_are_found_in_parts_of_the_picture():
+    camera = Camera.ideal(SIZE)
+    near = picture_of(head_of("clara").head, seen_at([0, 0, 0], [0, 0, 500]), camera)
+    pose = seen_at([0, 0, 0], [0, 0, 700])
+    far = cv2.resize(picture_of(head_of("kofi").head, pose, camera), None, fx=0.45, fy=0.45)
+    both = np.full((2 * SIZE[1], 3 * SIZE[0], 3), 90, np.uint8)
+    both[: SIZE[1], : SIZE[0]] = near
+    both[-far.shape[0] :, -far.shape[1] :] = far
+    whole = find_faces(both)
+    assert len(whole) == 1
+    (small,) = faces_beside(both, whole)
+    corner = np.array([3 * SIZE[0] - far.shape[1], 2 * SIZE[1] - far.shape[0]])
+    there = 0.45 * (camera.project(pose.apply(face_marks(head_of("kofi"))[3])) + 0.5) - 0.5
+    np.testing.assert_allclose(small.mouth, there + corner, atol=2.0)
+    assert faces_beside(both[: SIZE[1], : SIZE[0]], whole) == []  # a face is none beside itself
 
 
 def test_faces_come_the_surest_first():

@@ -21,6 +21,7 @@ from abs_engine.tracking.run_warnings import (
     mouth_otherwise,
     other_head,
     small_mouth,
+    unlike_shots,
     untimed,
     without_colour,
 )
@@ -204,3 +205,17 @@ def test_times_of_other_frames_than_were_read_are_doubtful():
     assert untimed(30, 30) == untimed(30, 0) == []
     (line,) = untimed(29, 31)
     assert line.startswith("29 frames could be read, but the file gives times of 31")
+
+
+def test_a_shot_that_is_all_covered_may_be_another_persons():
+    status = np.array(["converged"] * 20 + ["mouth covered"] * 12 + ["converged"] * 15)
+    cut = np.zeros(47, bool)
+    cut[[20, 32]] = True
+    found, index = status == "converged", np.arange(100, 147)
+    (line,) = unlike_shots(found, status, cut, index)
+    assert line.startswith("no frame of the shot from 120 to 131 is tracked")
+    assert unlike_shots(found, status, np.zeros(47, bool), index) == []  # a hand, say
+    some = np.where(np.arange(47) == 25, "converged", status)
+    assert unlike_shots(some == "converged", some, cut, index) == []
+    none = np.full(47, "mouth covered")
+    assert unlike_shots(none == "converged", none, cut, index) == []  # there is no other person
