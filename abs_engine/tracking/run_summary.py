@@ -59,17 +59,9 @@ def summary(
     timed = [] if _with_gaps(arrays["index"]) else untimed(len(found), len(setting.times))
     less = arrays["less_explained"]
     some = partly_explained(less[found], arrays["index"][found])
-    unlike = unlike_shots(found, arrays["status"], arrays["cut"], arrays["index"])
-    doubted = [
-        *lost,
-        *unlike,
-        *little,
-        *some,
-        *elsewhere,
-        *shut,
-        *partly,
-        *landmarks.get("warnings", ()),
-    ]
+    lost += unlike_shots(found, arrays["status"], arrays["cut"], arrays["index"])
+    told = landmarks.get("warnings", ())
+    doubted = [*lost, *little, *some, *elsewhere, *shut, *partly, *told]
     hints = [setting.hint] if doubted and setting.hint else []
     warnings = [*setting.warnings, *timed, *shots, *small, *near, *doubted, *hints]
     work = arrays["evaluations"][found]

@@ -117,7 +117,7 @@ def test_small_faces_beside_a_large_one_are_found_in_parts_of_the_picture():
     (small,) = faces_beside(both, whole)
     corner = np.array([3 * SIZE[0] - far.shape[1], 2 * SIZE[1] - far.shape[0]])
     there = 0.45 * (camera.project(pose.apply(face_marks(head_of("kofi"))[3])) + 0.5) - 0.5
-    np.testing.assert_allclose(small.mouth, there + corner, atol=2.0)
+    np.testing.assert_allclose(small.mouth, there + corner, atol=3.0)
     assert faces_beside(both[: SIZE[1], : SIZE[0]], whole) == []  # a face is none beside itself
 
 
