@@ -43,8 +43,8 @@ from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Te
 from abs_engine.tracking.person_fit import FittedPerson, fit_person
 from abs_engine.tracking.plugin_trial import Trial
 from abs_engine.tracking.rendered_landmarks import correspondence_of
-from abs_engine.tracking.run_warnings import no_eyes
-from abs_engine.tracking.scale import known_scale, pupil_distance, pupil_scale
+from abs_engine.tracking.run_warnings import no_eyes, stretched
+from abs_engine.tracking.scale import known_scale, proportion, pupil_distance, pupil_scale
 
 
 def prepare_head(
@@ -202,6 +202,9 @@ def by_landmarks(
     if not known and 2 * sum(eyes) < len(eyes):
         scale = scale.without_eyes
         setting = replace(setting, warnings=(no_eyes(scale.uncertainty),))
+    elif not known:
+        face_shape = proportion(fitted.model.head.mean, speaker)
+        setting = replace(setting, warnings=stretched(face_shape))
     facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, scale, follower.remarks(), facts)
 

@@ -91,6 +91,10 @@ NO_EYES = (
     "the eyes are outside of the picture: how large the head is follows from the rest of the face, "
     "and all lengths may be off by about {:.0%}; film the whole face"
 )
+STRETCHED = (
+    "the face is much {} for its height than most: if the video was stretched, as where 4:3 is "
+    "shown as 16:9, widths and apertures are off; give it with its right proportions"
+)
 OTHER_TIMES = (
     "{} could be read, but the file gives times of {}: the times in the results follow from the "
     "mean rate, and may be off; convert the video, for example with ffmpeg"
@@ -127,6 +131,17 @@ def other_head(misfit: float) -> tuple[str, ...]:
 def no_eyes(uncertainty: float) -> str:
     """Warning that the scale was found without the eyes, and its standard deviation, a share."""
     return NO_EYES.format(uncertainty)
+
+
+def stretched(proportion: float) -> tuple[str, ...]:
+    """Warning that a video may have been stretched, by the proportion of the face that was fitted.
+
+    See `scale.proportion`.
+    """
+    narrowest, widest = FRAME_LOOP.face_proportions
+    if narrowest <= proportion <= widest:
+        return ()
+    return (STRETCHED.format("narrower" if proportion < narrowest else "wider"),)
 
 
 def reasons_lost(found: NDArray[np.bool_], status: NDArray[np.str_]) -> dict[str, int]:

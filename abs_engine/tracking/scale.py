@@ -55,6 +55,15 @@ class Scale:
         return replace(self, uncertainty=math.hypot(self.uncertainty, HEAD_POSE.eyes_unseen))
 
 
+def proportion(vertices: NDArray[np.floating], speaker: Speaker) -> float:
+    """Width of a face (V, 3) over its height: the eyes' outer corners, and from there to the lips.
+
+    A picture that was stretched leaves it in a head that is fitted, in part.
+    """
+    right, left, lips = vertices[speaker.points["landmark_68"][[36, 45, 51]]].astype(np.float64)
+    return float(np.linalg.norm(left - right)) / abs(float((right + left)[1] / 2 - lips[1]))
+
+
 def pupil_scale(given: float | None) -> Scale:
     """The scale by a pupil distance that was measured, or by the usual one.
 

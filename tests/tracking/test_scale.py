@@ -11,12 +11,14 @@ from heads import seen_at
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
+from abs_engine.io.assets import load_speaker
 from abs_engine.tracking.pupils import pupils_of
-from abs_engine.tracking.run_warnings import no_eyes
+from abs_engine.tracking.run_warnings import no_eyes, stretched
 from abs_engine.tracking.scale import (
     PUPILS_SPREAD,
     USUAL_PUPILS,
     known_scale,
+    proportion,
     pupil_distance,
     pupil_scale,
     pupil_vertices,
@@ -121,3 +123,13 @@ def test_eyes_that_are_shut_have_no_pupils():
     shut = landmarks.points.copy()
     shut[[145, 374]] = shut[[159, 386]]
     assert pupils_of(image, replace(landmarks, points=shut)) is None
+
+
+def test_a_stretched_face_is_warned_of_and_no_persons():
+    own = load_speaker()
+    head = own.vertices.astype(np.float64)
+    assert stretched(proportion(head, own)) == ()
+    for across, word in ((1.3, "wider"), (0.75, "narrower")):
+        (line,) = stretched(proportion(head * [across, 1.0, 1.0], own))
+        assert f"much {word} for its height" in line
+    assert proportion(2.0 * head, own) == pytest.approx(proportion(head, own))

@@ -151,6 +151,11 @@ class FrameSettings:
     face_square : float, mm
         Side of a face as the detector sees it. Measured: 135 to 201, mostly 158 to 187, in 48
         frames of the strangers' clips.
+    face_proportions : tuple of float, widths over heights
+        Least and most of what `scale.proportion` is of people's fitted heads; beyond, a run warns
+        that the video may be stretched. Chosen on p01 to p08 of the strangers, of whom it is 1.36
+        to 1.64 (mean 1.49), and 1.75 and 1.13 with a picture of p05 that is wider by a third, or
+        narrower by a quarter. Measured: 1.39 to 1.66 in p09 to p16 and 16 films of other heads.
     larger_face : float, times that of the followed face
         Size of another from which on a run warns. Not measured.
     most_others : float, share of the frames looked at
@@ -246,6 +251,7 @@ class FrameSettings:
     look_apart: float = 0.4
     looks: int = 8
     face_square: float = 175.0
+    face_proportions: tuple[float, float] = (1.25, 1.7)
     larger_face: float = 1.5
     most_others: float = 0.3
     most_elsewhere: float = 0.5
