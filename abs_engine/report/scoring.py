@@ -26,7 +26,7 @@ from abs_engine.evaluate.score import ClipScores, Score, error_map, measure, sum
 from abs_engine.evaluate.truth_report import draw
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.csv_table import read_table
-from abs_engine.io.unfinished import NewFolder
+from abs_engine.io.new_folder import NewFolder
 from abs_engine.report.score_notes import doubts, offsets
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run_mesh import MESH, load_mesh

@@ -15,7 +15,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import to_path
 from abs_engine.core.registry import nearest
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.io.unfinished import NewFolder
+from abs_engine.io.new_folder import NewFolder
 from abs_engine.tracking.output import COLOURS
 from abs_engine.tracking.record import Record
 from abs_engine.tracking.run import path_of

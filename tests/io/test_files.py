@@ -16,7 +16,8 @@ from abs_engine.core.errors import BusyOutputError, OutputError, SameOutputError
 from abs_engine.io import naming
 from abs_engine.io.files import check_free, parent_folder, write_new
 from abs_engine.io.naming import CHOICES, RECORD, WHOLE, partial_of
-from abs_engine.io.unfinished import NewFolder, Unfinished, check_output
+from abs_engine.io.new_folder import NewFolder
+from abs_engine.io.unfinished import Unfinished, check_output
 
 ROOT = Path(__file__).resolve().parents[2]
 

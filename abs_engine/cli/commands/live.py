@@ -80,7 +80,7 @@ def _address(text: str) -> str:
 )  # fmt: skip
 def live(chosen: Chosen) -> Done:
     """Track a camera while it films."""
-    from abs_engine.io.unfinished import NewFolder
+    from abs_engine.io.new_folder import NewFolder
     from abs_engine.io.video import VideoInfo
     from abs_engine.live.board import Board
     from abs_engine.live.feed import open_feed

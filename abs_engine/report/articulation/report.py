@@ -8,7 +8,7 @@ from pathlib import Path
 
 from abs_engine.core.scene import Renderer
 from abs_engine.io.files import png
-from abs_engine.io.unfinished import NewFolder
+from abs_engine.io.new_folder import NewFolder
 from abs_engine.learn.articulatory import build, dense_head
 from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.report.articulation.analysis import Analysis
