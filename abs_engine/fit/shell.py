@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.forces import Rule as Integral
-from abs_engine.compare.prior import GaussianPrior, MixturePrior
+from abs_engine.compare.mixture_prior import MixturePrior
+from abs_engine.compare.prior import GaussianPrior
 from abs_engine.compare.pull import Pull, PullRule
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.blocks import Blocks

@@ -9,7 +9,8 @@ from functools import cached_property, partial
 import numpy as np
 
 from abs_engine.compare.facets import FacetLikelihood
-from abs_engine.compare.prior import ContactPrior, GaussianPrior, MixturePrior, Prior
+from abs_engine.compare.mixture_prior import MixturePrior
+from abs_engine.compare.prior import ContactPrior, GaussianPrior, Prior
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose

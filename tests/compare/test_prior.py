@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.compare.prior import ContactPrior, GaussianPrior, MixturePrior, PenaltyPrior
+from abs_engine.compare.mixture_prior import MixturePrior
+from abs_engine.compare.prior import ContactPrior, GaussianPrior, PenaltyPrior
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.penalty import ImprobablePenalty
 

@@ -12,7 +12,7 @@ from heads import SIZE, colours_of, head_of, picture_of, seen_at
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.forces import slopes
-from abs_engine.compare.prior import MixturePrior
+from abs_engine.compare.mixture_prior import MixturePrior
 from abs_engine.compare.pull import PULL_RULES, Pull
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ModelFormatError, ParameterError
