@@ -20,6 +20,7 @@ from abs_engine.core.objective import Evaluation, Objective
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, free_blocks
 from abs_engine.core.scene import Renderer, Scene
+from abs_engine.face.articulated import FaceShape
 from abs_engine.face.base import Face
 from abs_engine.face.talking import MODELS, TEXTURES, TalkingFace
 from abs_engine.fit.problem import Problem
@@ -131,7 +132,6 @@ def talking_problem(
     frame = PoseFrame(pose, shape.pivot)
     if window is None:
         window = surface_window(shape.surface, alpha, pose, camera)
-    weaker = replace(shape.penalty, strength=TALKING_FIT.whitened * shape.penalty.strength)
     error: TextureError | LocalError
     if name in TEXTURES:
         start = frame.candidates(shape.blocks.vector({POSTURE: alpha})[None])
@@ -139,18 +139,23 @@ def talking_problem(
             face.texture(name), shape.surface, picture, camera, window, start, renderer,
             face.dressed[name], whiten=whiten,
         )  # fmt: skip
-        kind, penalty = TEXTURE.name, weaker if whiten else shape.penalty
+        kind, white = TEXTURE.name, whiten
     else:
         error = local_error(
             face.local(name), shape.outer, picture, camera, replace(window, scale=face.la_scale),
             renderer, whiten="no" if printed else "all",
         )  # fmt: skip
-        kind, penalty = LOCAL.name, shape.penalty if printed else weaker
-    prior = PenaltyPrior(
-        penalty, TALKING_FIT.penalty_share * error.unit, shape.blocks.places[POSTURE]
-    )
-    free = free_blocks(pose_known)
+        kind, white = LOCAL.name, not printed
+    prior, free = _penalty(shape, error.unit, white), free_blocks(pose_known)
     return Problem(frame, shape.blocks, {kind: error}, (prior,), free, error.unit)
+
+
+def _penalty(shape: FaceShape, unit: float, white: bool) -> PenaltyPrior:
+    """A(a) beside an error whose wrong match costs `unit`; weaker beside one that is made white."""
+    penalty = shape.penalty
+    if white:
+        penalty = replace(penalty, strength=TALKING_FIT.whitened * penalty.strength)
+    return PenaltyPrior(penalty, TALKING_FIT.penalty_share * unit, shape.blocks.places[POSTURE])
 
 
 @dataclass(frozen=True, eq=False)

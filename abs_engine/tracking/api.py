@@ -84,10 +84,9 @@ def track(
     chosen = _options(options, camera, terms)
     check_options(chosen, probe(path))
     with _opened(renderer) as drawn:
-        collected: list[Run] = []
         if folder is None:
-            tracker = prepare(path, drawn, chosen, stage)
-            return _run(tracker, chosen, progress)
+            return _run(prepare(path, drawn, chosen, stage), chosen, progress)
+        collected: list[Run] = []
 
         def keep(tracker: ClipTracker, record: Record) -> None:
             collected.append(_of(record, tracker, chosen))

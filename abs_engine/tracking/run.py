@@ -170,37 +170,48 @@ def track_video(
     video, folder = to_path("video", video), to_path("folder", folder)
     check_options(options, probe(video))
     choices, by = _choices(video, options, beside), renderer.description
+    say = remark or silent
     with Unfinished(folder, choices, anew="track", by=by) as made:
-        frames = made.partial / FRAMES
-        if made.replaced and remark is not None:
-            remark(DISCARDED)
-        with kept_if_of_use(made, frames):
+        if made.replaced:
+            say(DISCARDED)
+        with kept_if_of_use(made, made.partial / FRAMES):
             start = time.perf_counter()
             tracker = prepare(video, renderer, options, stage)
             took = time.perf_counter() - start
             if prepared is not None:
                 prepared(took)
-            if remark is not None and tracker.remarks:
-                remark(remark_lines(tracker))
+            if tracker.remarks:
+                say(remark_lines(tracker))
             settings = settings_of(tracker, options) | path_of(video, folder)
-            smoothing = None if options.smooth is None else Smoothing.named(options.smooth)
-            made.empty()
-            with FrameJournal(frames, fingerprint((tracker.setting, tracker.memory))) as journal:
-                if remark is not None and journal.resumed:
-                    remark(f"resuming: {counted(journal.resumed, 'frame')} already tracked")
-                facts = RunFacts(settings, tracker.info.frames, took, journal.resumed)
-                results = tracker.results(journal)
-                record, told = write_run(
-                    made.work, tracker.setting, results, facts, progress, made.partial
-                )
-            if smoothing is not None:
-                write_smoothed(made.work, record.arrays, smoothing.measures(record.arrays))
+            record, told = _recorded(made, tracker, settings, took, progress, say)
+            if options.smooth is not None:
+                smoothed = Smoothing.named(options.smooth).measures(record.arrays)
+                write_smoothed(made.work, record.arrays, smoothed)
             for name, text in beside.items():
                 (made.work / name).write_text(text, encoding="utf-8")
             made.finish()
     if recorded is not None:
         recorded(tracker, record)
     return told
+
+
+def _recorded(
+    made: Unfinished,
+    tracker: ClipTracker,
+    settings: dict[str, Any],
+    took: float,
+    progress: Progress | None,
+    say: Tell,
+) -> tuple[Record, dict[str, Any]]:
+    """Track all frames but those that are kept, and write them; see `write_run`."""
+    made.empty()
+    as_before = fingerprint((tracker.setting, tracker.memory))
+    with FrameJournal(made.partial / FRAMES, as_before) as journal:
+        if journal.resumed:
+            say(f"resuming: {counted(journal.resumed, 'frame')} already tracked")
+        facts = RunFacts(settings, tracker.info.frames, took, journal.resumed)
+        results = tracker.results(journal)
+        return write_run(made.work, tracker.setting, results, facts, progress, made.partial)
 
 
 def remark_lines(tracker: ClipTracker) -> str:
