@@ -16,7 +16,7 @@ from abs_engine.core.blocks import POSTURE
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import OutOfPictureError, ParameterError
 from abs_engine.core.geometry import Pose
-from abs_engine.core.objective import Evaluation, Objective
+from abs_engine.core.objective import Objective
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, free_blocks
 from abs_engine.core.scene import Renderer, Scene
@@ -46,11 +46,6 @@ def usual_tolerance(problem: Problem) -> float:
     return (
         TALKING_FIT.tolerance if TEXTURE.name in problem.terms else TALKING_FIT.tolerance_of_points
     )
-
-
-def explained_share(problem: Problem, value: Evaluation) -> float:
-    """Share, 0 to 1, of what a wrong match costs that a value leaves out."""
-    return max(0.0, 1.0 - value.value / problem.unit)
 
 
 def surface_window(

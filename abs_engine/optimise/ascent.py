@@ -20,7 +20,7 @@ from typing import Protocol
 import numpy as np
 
 from abs_engine.core.arrays import BoolArray, FloatArray
-from abs_engine.core.objective import Batched, Evaluation, Objective
+from abs_engine.core.objective import Batched
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.history import CONVERGED, LIMIT, checked_start
@@ -105,7 +105,9 @@ class FixedStep:
         alpha = np.divide(pushed, free, out=np.zeros_like(free), where=free != 0)
         best = objective(x)
         where, trace, spent, step = x, [best.value], 3, pushed
-        for iteration in range(1, self.limit + 1):
+        status, iterations = LIMIT, 0
+        while iterations < self.limit:
+            iterations += 1
             x = spec.clip(x + step)
             found = objective(x)
             spent += 1
@@ -114,16 +116,11 @@ class FixedStep:
             if gain > 0:
                 best, where = found, x
             if gain < self.tolerance * unit_of(objective):
-                return _at(where, CONVERGED, best, spent, trace, iteration)
+                status = CONVERGED
+                break
             step = alpha * objective.give_way(x)
             spent += 1
-        return _at(where, LIMIT, best, spent, trace, self.limit)
-
-
-def _at(
-    x: FloatArray, status: str, best: Evaluation, spent: int, trace: list[float], iterations: int
-) -> Solution:
-    return Solution(x, status, best.value, best.terms, spent, np.array(trace), iterations)
+        return Solution(where, status, best.value, best.terms, spent, np.array(trace), iterations)
 
 
 @dataclass(frozen=True)
@@ -174,8 +171,9 @@ def _climb(
     tolerance, limit = solver.tolerance * unit_of(objective), solver.limit
     x, parts = checked_start(start, spec), _parts(spec)
     value, moved, stride = objective(x).value, np.zeros_like(x), 1.0
-    trace, spent = [value], 1
-    for iteration in range(1, limit + 1):
+    trace, spent, status, iterations = [value], 1, LIMIT, 0
+    while iterations < limit:
+        iterations += 1
         ways = parts * _bounded(direction(x), spec)
         spent += cost
         each = [SOLVING.strides if way.any() else (0.0,) for way in ways]
@@ -196,27 +194,17 @@ def _climb(
         if gain > 0:
             x, moved, value = tried[lowest], tried[lowest] - x, float(values[lowest])
         if gain <= 0 or gain < tolerance:
-            return _ended(objective, x, CONVERGED, spent, trace, iteration)
-    return _ended(objective, x, LIMIT, spent, trace, limit)
+            status = CONVERGED
+            break
+    last = objective(x)
+    values = np.array([*trace, last.value])
+    return Solution(x, status, last.value, last.terms, spent + 1, values, iterations)
 
 
 def _parts(spec: ParamSpec) -> BoolArray:
     """Masks (K, N) of the parameters that share a stride: the pose's, and the shape's."""
     shape = np.array([unit == "sd" for unit in spec.units], bool)
     return np.array([part for part in (~shape, shape) if part.any()], bool).reshape(-1, len(spec))
-
-
-def _ended(
-    objective: Objective,
-    x: FloatArray,
-    status: str,
-    spent: int,
-    trace: list[float],
-    iterations: int,
-) -> Solution:
-    last = objective(x)
-    values = np.array([*trace, last.value])
-    return Solution(x, status, last.value, last.terms, spent + 1, values, iterations)
 
 
 def _bounded(way: FloatArray, spec: ParamSpec) -> FloatArray:

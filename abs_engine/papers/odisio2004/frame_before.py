@@ -12,7 +12,6 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import at_base, parted
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Again
-from abs_engine.fit.talking import explained_share
 from abs_engine.tracking.clip_setting import UNEXPLAINED, Work
 from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory, Motion
 
@@ -63,7 +62,7 @@ class TalkBinder:
             limit = self.unusual * usual * made.unit
             again = Again(self.postures, lambda value: value > limit)
         return Work(
-            made, starts, lambda value: explained_share(made, value), again=again,
+            made, starts, lambda value: max(0.0, 1.0 - value.value / made.unit), again=again,
             doubt=lambda _x, score: "" if score >= self.least else UNEXPLAINED,
         )  # fmt: skip
 
