@@ -1,4 +1,4 @@
-"""Arrays by what they hold, for annotations; and the stretches of a mask."""
+"""Arrays by what they hold, for annotations; stretches of a mask, and a few of many things."""
 
 from __future__ import annotations
 
@@ -18,3 +18,9 @@ def stretches(mask: BoolArray) -> list[list[int]]:
     edges = np.flatnonzero(np.diff(np.r_[False, mask, False].astype(np.int8)))
     found: list[list[int]] = edges.reshape(-1, 2).tolist()
     return found
+
+
+def evenly(count: int, most: int) -> list[int]:
+    """Indices of at most so many things of a count, evenly spread, the first and last included."""
+    spread: list[int] = np.linspace(0, count - 1, min(most, count)).round().astype(int).tolist()
+    return spread

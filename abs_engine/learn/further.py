@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import FloatArray, evenly
 from abs_engine.face.shape.lip_model import LipModel
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.fit.shell_relaxation import Seen, Settled, relaxed, settle, softness
@@ -163,8 +163,7 @@ def _explained(
 
 def _spread_over(displacements: FloatArray) -> FloatArray:
     """A few of them, evenly spread over time."""
-    at = np.linspace(0, len(displacements) - 1, min(LEARNING.starts, len(displacements)))
-    return np.asarray(displacements[np.rint(at).astype(int)])
+    return np.asarray(displacements[evenly(len(displacements), LEARNING.starts)])
 
 
 def _learned(old: LearnedPhysics, sources: Sequence[Source]) -> LearnedPhysics:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import FloatArray, evenly
 from abs_engine.core.errors import TooFewFramesError
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.settings import GENERAL
@@ -139,8 +139,7 @@ def learn_postures(
         guided.explained_variance_ratio_[kept],
     )  # fmt: skip
     shares = dict(zip(names, map(float, noise), strict=True))
-    some = np.linspace(0, len(scores) - 1, min(LEARNING.most_seen, len(scores))).round().astype(int)
-    seen = scores[some][:, kept]
+    seen = scores[evenly(len(scores), LEARNING.most_seen)][:, kept]
     return PostureSpace(shape, spec, steps[kept], seen, shares, centre, back[:, kept])
 
 

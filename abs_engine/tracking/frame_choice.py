@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.arrays import FloatArray, Image, evenly
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import Pose
 from abs_engine.face.appearance.colourless import grey_below
@@ -37,11 +37,6 @@ def choose_frames(
     """
     kept = candidate_frames(posed, name, least)
     return [CalibrationFrame(*kept[k]) for k in spread_over(np.arange(len(kept)))]
-
-
-def evenly(count: int, most: int) -> NDArray[np.intp]:
-    """Indices of at most so many things of a count, evenly spread, the first and last included."""
-    return np.linspace(0, count - 1, min(most, count)).round().astype(np.intp)
 
 
 def spread_over(values: NDArray[np.floating] | NDArray[np.integer]) -> list[int]:

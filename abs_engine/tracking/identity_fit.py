@@ -9,7 +9,7 @@ import numpy as np
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import GaussianPrior, Prior
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import FloatArray, evenly
 from abs_engine.core.blocks import IDENTITY, POSE, Blocks
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import PoseFrame, at_base, no_correction, pose_and
@@ -23,7 +23,6 @@ from abs_engine.optimise.base import Solution
 from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.optimise.newton import Newton
 from abs_engine.tracking.calibration_views import Stand, place_mouth
-from abs_engine.tracking.frame_choice import evenly
 from abs_engine.tracking.settings.preparation import PREPARATION
 
 SEEN_DEVIATION = np.array(PREPARATION.seen_deviation)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.capture.settings import CAPTURE
-from abs_engine.core.arrays import BoolArray, FloatArray
+from abs_engine.core.arrays import BoolArray, FloatArray, evenly
 from abs_engine.core.errors import (
     InputFileError,
     ModelFormatError,
@@ -31,7 +31,6 @@ from abs_engine.io.video import read_frames
 from abs_engine.learn.further import LipClip
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.training import check_speaker
-from abs_engine.tracking.frame_choice import evenly
 from abs_engine.tracking.record import SUMMARY, camera_of
 from abs_engine.tracking.recordings import Recording, load_recording, pose_in
 from abs_engine.tracking.run_mesh import load_mesh_of

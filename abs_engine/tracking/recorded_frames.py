@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.arrays import FloatArray, Image, evenly
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.appearance.exposure import Exposure, colourless
 from abs_engine.io.video import read_frames
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
-from abs_engine.tracking.frame_choice import evenly, turned_apart
+from abs_engine.tracking.frame_choice import turned_apart
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.option_checks import check_camera
 from abs_engine.tracking.record import camera_of

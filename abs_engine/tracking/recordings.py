@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import BoolArray, FloatArray
+from abs_engine.core.arrays import BoolArray, FloatArray, evenly
 from abs_engine.core.errors import (
     InputFileError,
     ModelFormatError,
@@ -116,8 +116,7 @@ class Recording:
         for k, name in enumerate(("aperture", "width")):
             left = np.setdiff1d(at, chosen)
             order = left[np.argsort(self.run[name][left], kind="stable")]
-            ranks = np.linspace(0, len(order) - 1, (count + 1 - k) // 2).round().astype(int)
-            chosen = np.r_[chosen, order[np.unique(ranks)]] if len(order) else chosen
+            chosen = np.r_[chosen, order[evenly(len(order), (count + 1 - k) // 2)]]
         return np.unique(chosen)
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.arrays import FloatArray, Image, evenly
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.core.pose import parted
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.contours import LEGEND, LOST, OTHERWISE, WHITE, LipDrawing, write_text
-from abs_engine.tracking.frame_choice import evenly
 from abs_engine.tracking.placed_mouths import in_picture
 from abs_engine.tracking.run_table import closed_frames
 
@@ -73,7 +72,7 @@ class ContactSheet:
         Its last line says what the lines' colours are, and how many of the frames it shows.
         """
         count = len(self._tiles)
-        chosen = evenly(count, MOST_TILES).tolist()
+        chosen = evenly(count, MOST_TILES)
         rows = -(-len(chosen) // COLUMNS)
         high, wide = TILE[1] + CAPTION, TILE[0]
         sheet = np.full((rows * (high + 2) + CAPTION, COLUMNS * (wide + 2), 3), 40, np.uint8)

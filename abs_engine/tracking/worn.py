@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from abs_engine.core.arrays import Image
+from abs_engine.core.arrays import Image, evenly
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
@@ -27,7 +27,6 @@ from abs_engine.io.video import read_frames
 from abs_engine.learn.opening import LabelledMouth, learn_opening
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.face_detection import find_face
-from abs_engine.tracking.frame_choice import evenly
 from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory
 from abs_engine.tracking.head_frame import HeadBinder
 from abs_engine.tracking.model_entry import Model

@@ -116,11 +116,6 @@ def test_a_label_that_is_too_long_still_begins_with_its_first_letters():
     assert (whole < 128).any()
 
 
-def test_even_spread():
-    assert layout.evenly(3, 20) == [0, 1, 2]
-    assert layout.evenly(101, 5) == [0, 25, 50, 75, 100]
-
-
 @pytest.mark.parametrize(
     ("values", "largest", "limits"),
     [([0.2, 3.21], None, (0, 3.5)), ([0.0, 0.0], None, (0, 1)), ([-2, 1], 4.0, (-2, 4))],

@@ -9,9 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import numpy as np
-
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import FloatArray, evenly
 from abs_engine.core.errors import AbsEngineError
 from abs_engine.core.kinds import to_path
 from abs_engine.dataset import ClipEntry, Dataset, Truth, codec, load_clip
@@ -95,10 +93,7 @@ def _tried(name: str, findings: Iterator[Finding]) -> Iterator[Finding]:
 
 def chosen(total: int, wanted: int | None) -> list[int]:
     """Frames that are looked into, evenly spread, with the first and the last."""
-    if wanted is None or wanted >= total:
-        return list(range(total))
-    spread = np.linspace(0, total - 1, max(wanted, 2)).round().astype(int)
-    return [int(frame) for frame in np.unique(spread)]
+    return evenly(total, total if wanted is None else max(wanted, 2))
 
 
 def _clip_findings(dataset: Dataset, entry: ClipEntry, frames: int | None) -> Iterator[Finding]:

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import BoolArray, FloatArray
+from abs_engine.core.arrays import BoolArray, FloatArray, evenly
 from abs_engine.core.errors import AbsEngineError
 from abs_engine.core.geometry import seamless_normals
 from abs_engine.dataset import Truth
@@ -49,10 +49,7 @@ PIXELS = 300
 
 def watched(frames: int) -> list[int]:
     """Label frames that are held against the video; each has neighbours."""
-    inner = np.arange(1, max(frames - 1, 1))
-    if len(inner) > WATCHED:
-        inner = inner[np.linspace(0, len(inner) - 1, WATCHED).round().astype(int)]
-    return [int(frame) for frame in inner]
+    return [1 + k for k in evenly(max(frames - 2, 0), WATCHED)]
 
 
 def video_findings(truth: Truth, name: str) -> Iterator[Finding]:

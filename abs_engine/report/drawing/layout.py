@@ -111,8 +111,3 @@ def _padded(picture: Image, height: int) -> Image:
 def columns_of(count: int, size: tuple[int, int]) -> int:
     """Number of columns that bring `count` tiles of a size near to a page 1.6 times as wide."""
     return max(1, min(count, round(float(np.sqrt(1.6 * count * size[1] / size[0])))))
-
-
-def evenly(count: int, most: int) -> list[int]:
-    """At most `most` of the numbers below `count`, evenly spread, first and last among them."""
-    return sorted({round(float(x)) for x in np.linspace(0, count - 1, min(count, most))})

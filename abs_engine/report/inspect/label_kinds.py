@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from abs_engine.core.arrays import Image
+from abs_engine.core.arrays import Image, evenly
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import checked_frame
 from abs_engine.core.scene import Renderer
 from abs_engine.io.assets import Speaker, load_speaker
-from abs_engine.report.drawing.layout import beside, captioned, evenly, framed
+from abs_engine.report.drawing.layout import beside, captioned, framed
 from abs_engine.report.drawing.view import views_of
 from abs_engine.report.inspect.body import posed
 from abs_engine.report.inspect.heads import FILM_VIEWS, person_of

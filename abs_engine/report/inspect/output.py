@@ -6,17 +6,19 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
-from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.arrays import FloatArray, Image, evenly
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import checked_frame
 from abs_engine.io.files import scratch, write_new
 from abs_engine.io.video import VideoWriter
-from abs_engine.report.drawing.layout import columns_of, evenly, sheet
+from abs_engine.report.drawing.layout import columns_of, sheet
 from abs_engine.report.inspect.request import Request
 
+Thing = TypeVar("Thing")
 Progress = Callable[[int, int], None]
 """Called with the number of pictures done and of all."""
 
@@ -93,14 +95,19 @@ def presented(
         return next(painted([checked_frame(request.frame, count)]))
     if film:
         return Film(painted(list(range(count))), count, rate, times)
-    wanted, tiles = evenly(count, SHEET_TILES), []
-    for tile in painted(wanted):
-        tiles.append(tile)
-        if progress is not None:
-            progress(len(tiles), len(wanted))
+    wanted = evenly(count, SHEET_TILES)
+    tiles = list(counted(painted(wanted), len(wanted), progress))
     if len(tiles) == 1:
         return tiles[0]
     return sheet(tiles, columns_of(len(tiles), (tiles[0].shape[1], tiles[0].shape[0])))
+
+
+def counted(things: Iterable[Thing], count: int, progress: Progress | None) -> Iterator[Thing]:
+    """Things as they come; each is counted when the next is asked for."""
+    for done, thing in enumerate(things, 1):
+        yield thing
+        if progress is not None:
+            progress(done, count)
 
 
 def write_film(
