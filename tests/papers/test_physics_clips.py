@@ -7,10 +7,10 @@ import pytest
 
 from abs_engine.core.errors import TooFewPixelsError
 from abs_engine.face.appearance.colour_features import CLASSES
+from abs_engine.face.head import COLOUR_CLASSES
 from abs_engine.io.assets import load_speaker
 from abs_engine.papers.basu1998 import real_clips
 from abs_engine.papers.basu1998.filmed import (
-    CLASS_NAMES,
     FRONT,
     FULL,
     QUICK,
@@ -172,8 +172,8 @@ def test_people_and_classes_are_those_of_the_head():
     speaker = load_speaker()
     assert set(FULL.people) <= set(speaker.people)
     assert set(QUICK.people) <= set(FULL.people)
-    assert tuple(CLASS_NAMES) == CLASSES
-    assert {name for names in CLASS_NAMES.values() for name in names} <= set(speaker.class_names)
+    assert tuple(COLOUR_CLASSES) == CLASSES
+    assert {name for names in COLOUR_CLASSES.values() for name in names} <= set(speaker.class_names)
 
 
 def test_what_is_tested_was_not_learned_from():

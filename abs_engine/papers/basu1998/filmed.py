@@ -17,6 +17,7 @@ from abs_engine.face.appearance.chroma import matched
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES
 from abs_engine.face.appearance.labelled import train_classes
+from abs_engine.face.head import COLOUR_CLASSES
 from abs_engine.io.naming import made_before
 from abs_engine.studio.filming import film_scene
 from abs_engine.studio.make import Crew
@@ -31,13 +32,6 @@ SAID = "_ w i: m eI b eI k S O: t p U d I N z _ f O: j u: v @ r aI @ n @ b aU t 
 """What is said in the test, in X-SAMPA; other words than those that are learned from."""
 SAID_FOR_COLOURS = "_ dZ Q n w U d h { v p r f 3: d m O: b r aI t tS i: z _"
 FRONT = "yaw0"
-CLASS_NAMES = {
-    "skin": ("skin",),
-    "lips": ("upper_lip", "lower_lip"),
-    "teeth": ("upper_teeth", "lower_teeth"),
-    "dark": ("inner_mouth", "tongue"),
-}
-"""Facet classes of the head that show each colour class."""
 _NEXT = np.ones((3, 3), np.uint8)
 _RADIUS = 560.0  # mm from the head to the cameras
 _KEYS = (
@@ -203,7 +197,7 @@ def _labelled(
     shown = view.class_ids(frame)
     where = {
         name: np.isin(shown, [view.class_names.index(c) for c in of if c in view.class_names])
-        for name, of in CLASS_NAMES.items()
+        for name, of in COLOUR_CLASSES.items()
     }
     columns = np.flatnonzero(where["lips"].any(axis=0))
     if len(columns) == 0:
