@@ -19,9 +19,7 @@ from numpy.typing import NDArray
 from abs_engine.core.compiled import INNER, LOOP
 from abs_engine.core.scene import ColourError, Scene
 from abs_engine.render import layers
-
-ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
-DRAWN_FROM = np.float32(-1e29)
+from abs_engine.render.layers import DRAWN_FROM, HALF, ONE, ZERO, clamped
 
 _CELLS: WeakKeyDictionary[Scene, NDArray[np.int32]] = WeakKeyDictionary()
 _PLANES: WeakKeyDictionary[ColourError, NDArray[np.float32]] = WeakKeyDictionary()
@@ -132,7 +130,7 @@ def _colour_row(uv, reds, greens, blues, width, height, red, green, blue, start,
     for n in range(start, stop):
         u, v = uv[np.uint64(2) * n], uv[np.uint64(2) * n + np.uint64(1)]
         drawn = u > DRAWN_FROM
-        x, y = _clamp(u * columns - HALF, columns - ONE), _clamp(v * rows - HALF, rows - ONE)
+        x, y = clamped(u * columns - HALF, columns - ONE), clamped(v * rows - HALF, rows - ONE)
         i, j = np.int32(x), np.int32(y)
         fx, fy = x - np.float32(i), y - np.float32(j)
         at = np.uint32(np.int32(j * stride + i))
@@ -145,13 +143,6 @@ def _colour_row(uv, reds, greens, blues, width, height, red, green, blue, start,
         total += error if drawn else ZERO
         pixels += np.int32(1) if drawn else np.int32(0)
     return total, pixels
-
-
-@numba.njit(**INNER)
-def _clamp(x, last):
-    """`x` between 0 and `last`; NaN becomes `last`, so that no index leaves the texture."""
-    x = x if x < last else last
-    return x if x > ZERO else ZERO
 
 
 @numba.njit(**INNER, fastmath={"contract", "reassoc"})
