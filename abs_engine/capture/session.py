@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from abs_engine.capture.dot_annotations import Mark, check_view, initial_places
@@ -110,14 +108,12 @@ def follow_videos(
         seen.append(now)
         if watch is not None:
             watch(Moment(frame, names, images, now))
-    pixels, scores, corrected = (_gathered(seen, p) for p in ("places", "scores", "corrected"))
+    pixels, scores, corrected = (
+        np.stack([[getattr(now[view], part) for now in seen] for view in range(2)])
+        for part in ("places", "scores", "corrected")
+    )
     corrected[:, 0] = [[(0, view, name) in again for name in names] for view in range(2)]
     return Tracks(names, pixels, scores, corrected, rate)
-
-
-def _gathered(seen: Sequence[Sequence[Sighting]], part: str) -> NDArray[Any]:
-    """A part (2, T, ...) of what was seen (T, 2)."""
-    return np.stack([[getattr(now[view], part) for now in seen] for view in range(2)])
 
 
 def _rate_and_frames(videos: Sequence[Path]) -> tuple[float, int]:

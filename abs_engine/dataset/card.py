@@ -141,7 +141,9 @@ def card_text(record: dict[str, Any]) -> str:
         engine=described({**record, "engine_version": record["engine"]}),
         chunk=CHUNK,
         closed=CLOSED_BELOW,
-        labels="\n".join(_label(kind) for kind in LABELS if kind in record["labels"]),
+        labels="\n".join(
+            f"- `{kind}`: {_LABEL_TEXT[kind]}" for kind in LABELS if kind in record["labels"]
+        ),
         cover=", ".join(f"{n} {text}" for n, text in (*COVER_NAMES.items(), (UNUSED, "not used"))),
     )
 
@@ -150,7 +152,3 @@ def _row(clip: dict[str, Any]) -> str:
     cells = clip["name"], clip["person"], clip["sentence"], clip["frames"], clip["rate"]
     words = [str(cell).replace("|", "\\|") for cell in (*cells, ", ".join(clip["cameras"]))]
     return f"| {' | '.join(words)} |"
-
-
-def _label(kind: str) -> str:
-    return f"- `{kind}`: {_LABEL_TEXT[kind]}"

@@ -58,7 +58,8 @@ def read_arkit(
     ParameterError
         If it is of other frames than the clip.
     """
-    table = _lower_case(read_table(path, empty_lines=True))
+    table = read_table(path, empty_lines=True)
+    table = replace(table, columns={k.lower(): v for k, v in table.columns.items()})
     table = _without_end(table, clip.frames)
     table.require(name.lower() for name in unit_names)
     head = HEAD if all(name in table.columns for name in HEAD) else ()
@@ -89,10 +90,6 @@ def read_arkit(
 def is_arkit(columns: Sequence[str]) -> bool:
     """Whether a file with these columns holds face units."""
     return Unit.JAW_OPEN.lower() in {name.lower() for name in columns}
-
-
-def _lower_case(table: Table) -> Table:
-    return replace(table, columns={k.lower(): v for k, v in table.columns.items()})
 
 
 def _without_end(table: Table, frames: int) -> Table:

@@ -62,7 +62,9 @@ def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
         table.writerow(["time", *names])
         for frame, time in enumerate(run.arrays["time"]):
             row = [float(run.arrays[name][frame]) for name in names]
-            table.writerow([time_cell(time), *(_cell(x) for x in row)])
+            table.writerow(
+                [time_cell(time), *(UNDEFINED if np.isnan(x) else f"{x:z.4f}" for x in row)]
+            )
     read = numbers(folder / TABLE, ["time", *names], "\t")
     true = np.stack([run.arrays[name] for name in names], axis=1)
     note = sound_line(run.sound, "these times") if abs(run.sound) >= _HEARD else ""
@@ -71,10 +73,6 @@ def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
         compared(read[:, 0], run.arrays["time"], "s", "times", note),
         compared(read[:, 1:].ravel(), true.ravel(), "", "measures (each in its own unit)"),
     )
-
-
-def _cell(number: float) -> str:
-    return UNDEFINED if np.isnan(number) else f"{number:z.4f}"
 
 
 def _read_back(path: Path, entries: list[Interval]) -> Loss:

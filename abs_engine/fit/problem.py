@@ -105,14 +105,10 @@ class Problem:
 
     def values(self, vectors: FloatArray) -> FloatArray:
         """Values (B,) at free parameters (B, N), drawn in one call for each term."""
-        many = self.candidates(vectors)
+        many, full = self.candidates(vectors), self.whole(vectors)
         data = sum((valued(name, term, many) for name, term in self.terms.items()), 0.0)
-        return np.asarray(data + self._prior(self.whole(vectors)), np.float64)
-
-    def _prior(self, full: FloatArray) -> FloatArray:
-        return np.asarray(
-            sum((p.negative_logs(full) for p in self.priors), 0.0) + np.zeros(len(full))
-        )
+        prior = sum((p.negative_logs(full) for p in self.priors), np.zeros(len(full)))
+        return np.asarray(data + prior, np.float64)
 
     def roots(self, vectors: FloatArray) -> FloatArray:
         """The priors at free parameters (B, N), taken apart, (B, M)."""

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 
 from abs_engine.capture.dot_annotations import LIPS16, LIPS17
-from abs_engine.core.arrays import BoolArray, FloatArray
+from abs_engine.core.arrays import BoolArray
 from abs_engine.core.geometry import vertex_normals
 from abs_engine.face.schema import BROWS, EYES, Pair, units_of
 from abs_engine.face.shape.lip_dots import lips17
@@ -46,14 +44,10 @@ def corpus_dots(speaker: Speaker) -> Points:
         if not (around or bead) or not seen[vertex]:
             continue
         apart = LEARNING.dots_apart if around else LEARNING.beads_apart
-        if _distance(place, vertex, at.values()) > apart:
+        away = np.linalg.norm(place[list(at.values())] - place[vertex], axis=1)
+        if away.min() > apart:
             at[name] = vertex
     return Points(np.array(list(at.values())), tuple(at), _groups(tuple(at)))
-
-
-def _distance(place: FloatArray, vertex: int, others: Iterable[int]) -> float:
-    """Distance to the nearest of others, mm."""
-    return float(np.linalg.norm(place[list(others)] - place[vertex], axis=1).min())
 
 
 def _skull(speaker: Speaker, seen: BoolArray) -> list[int]:

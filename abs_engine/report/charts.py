@@ -59,17 +59,8 @@ def lip_chart(data: ReportData) -> Figure | None:
     return _timed(figure, data, len(rows), bool(said))
 
 
-def error_chart(data: ReportData) -> Figure | None:
-    """Errors over time, a row for each quantity; None without errors."""
-    return _frame_chart(data, "errors", data.errors)
-
-
-def sureness_chart(data: ReportData) -> Figure | None:
-    """Chart of uncertainty over time, a row for each quantity; None without intervals."""
-    return _frame_chart(data, "sureness", data.sureness)
-
-
-def _frame_chart(data: ReportData, part: str, quantities: Sequence[Quantity]) -> Figure | None:
+def frame_chart(data: ReportData, part: str, quantities: Sequence[Quantity]) -> Figure | None:
+    """Errors over time, or how uncertain, a row for each quantity; None where there are none."""
     rows = [q for q in quantities if _given(data.systems, part, q.key)]
     if not rows:
         return None

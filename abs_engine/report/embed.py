@@ -91,10 +91,6 @@ class Store:
             "lost": self.add(lost.astype(np.uint8)),
         }
 
-    def add_file(self, content: bytes) -> dict[str, Any]:
-        """Keep a file as bytes."""
-        return self.add(np.frombuffer(content, np.uint8))
-
     @property
     def content(self) -> bytes:
         """All that was kept."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from abs_engine.evaluate.catalogue import BY_KEY
 from abs_engine.evaluate.score import Score
 from abs_engine.evaluate.score_table import shown, shown_unit
@@ -51,13 +49,9 @@ def _cards(data: ReportData) -> str:
             continue
         title = f"<h3>{safe(system.name)}</h3>" if len(data.systems) > 1 else ""
         cards = "".join(_card(key, system.scores[key], number) for key in keys)
-        lines.append(f'{title}<div class="cards">{cards}</div>{_notes(system.notes)}')
+        notes = "".join(f'<p class="warning">{safe(_sentence(note))}</p>' for note in system.notes)
+        lines.append(f'{title}<div class="cards">{cards}</div>{notes}')
     return "".join(lines)
-
-
-def _notes(notes: Sequence[str]) -> str:
-    """Notes about the numbers above, a sentence each."""
-    return "".join(f'<p class="warning">{safe(_sentence(note))}</p>' for note in notes)
 
 
 def _sentence(note: str) -> str:

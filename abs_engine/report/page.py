@@ -75,8 +75,8 @@ def page_data(data: ReportData, store: Store) -> dict[str, Any]:
     maps = [s.error_map[area] for s in data.systems if s.error_map is not None]
     drawn = {
         "lips": charts.lip_chart(data),
-        "errors": charts.error_chart(data),
-        "sureness": charts.sureness_chart(data),
+        "errors": charts.frame_chart(data, "errors", data.errors),
+        "sureness": charts.frame_chart(data, "sureness", data.sureness),
         "boxes": charts.box_chart(data),
     }
     said = data.true.said if data.true is not None else ()
@@ -93,7 +93,10 @@ def page_data(data: ReportData, store: Store) -> dict[str, Any]:
         "contours": _contours(data, store),
         "film": None
         if data.film is None
-        else {"data": store.add_file(data.film.content), "size": list(data.film.size)},
+        else {
+            "data": store.add(np.frombuffer(data.film.content, np.uint8)),
+            "size": list(data.film.size),
+        },
         "said": [[s.label, s.start, s.end] for s in said],
         "ramp": {"colours": store.add(colours.HEAT_COLOURS), "end": colours.scale_end(maps)},
         "charts": {k: json.loads(figure.to_json()) for k, figure in drawn.items() if figure},

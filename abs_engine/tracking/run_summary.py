@@ -30,11 +30,6 @@ from abs_engine.tracking.settings.detection import DETECTION
 from abs_engine.tracking.shot_cuts import anew_line, cut_line
 
 
-def _with_gaps(index: NDArray[np.int_]) -> bool:
-    """Whether numbers of frames (T,) are left out, as of a camera's that were dropped."""
-    return not np.array_equal(index, np.arange(len(index)))
-
-
 def summary(
     arrays: Mapping[str, NDArray[Any]], setting: ClipSetting, elsewhere: Sequence[str] = ()
 ) -> dict[str, Any]:
@@ -56,7 +51,8 @@ def summary(
     lost = mostly_lost(found, arrays["status"])
     shut = all_closed(arrays["closed"][found], arrays["time"][found])
     partly = without_colour(arrays["status"])
-    timed = [] if _with_gaps(arrays["index"]) else untimed(len(found), len(setting.times))
+    dropped = not np.array_equal(arrays["index"], np.arange(len(found)))  # by a camera
+    timed = [] if dropped else untimed(len(found), len(setting.times))
     less = arrays["less_explained"]
     some = partly_explained(less[found], arrays["index"][found])
     lost += unlike_shots(found, arrays["status"], arrays["cut"], arrays["index"])

@@ -64,7 +64,8 @@ class Ending:
         promised = self._promised()
         if promised <= 0:
             return None
-        too_early = self._reached < promised - self._slack()
+        slack = max(_SLACK, 3 / float(self._stream.average_rate or 25))
+        too_early = self._reached < promised - slack
         return f"at {self._reached:.1f} of {promised:.1f} s" if too_early else ""
 
     def _promised(self) -> float:
@@ -76,9 +77,6 @@ class Ending:
             # FFmpeg shortens an AVI's duration to what the file's size allows.
             seconds = max(seconds, float(self._stream.frames / self._stream.average_rate))
         return seconds
-
-    def _slack(self) -> float:
-        return max(_SLACK, 3 / float(self._stream.average_rate or 25))
 
 
 def broken_off(path: Path, count: int, why: str = "") -> VideoError:

@@ -136,14 +136,6 @@ def check_units(speaker: Speaker, names: Sequence[str]) -> None:
             raise ParameterError(*unknown("face unit", name, speaker.unit_names))
 
 
-def check_same_mesh(speaker: Speaker, faces: NDArray[np.integer], what: str) -> None:
-    """Raise `ParameterError` unless faces (F, 3) are those of the speaker."""
-    if not np.array_equal(speaker.faces, faces):
-        raise ParameterError(
-            f"{what} has another mesh than the speaker", "give its head.npz with --speaker"
-        )
-
-
 def unknown(what: str, name: str, known: tuple[str, ...]) -> tuple[str, str]:
     """Problem and remedy for a name that is not known."""
     lower = {k.lower(): k for k in known}

@@ -17,7 +17,6 @@ from abs_engine.core.scene import Renderer
 from abs_engine.dataset import Truth
 from abs_engine.evaluate.clip_views import found_truth
 from abs_engine.io.assets import Speaker
-from abs_engine.report.inspect.body import check_same_mesh
 from abs_engine.report.inspect.labels import LabelFrame, drawn_labels
 from abs_engine.report.inspect.request import Request
 from abs_engine.report.inspect.runs import RunHead
@@ -92,7 +91,11 @@ def open_truth(request: Request, folder: Path, speaker: Speaker, kind: str | Non
     """
     runs = [] if request.run is None else [request.run]
     truth = found_truth(folder, request.clip, request.camera, runs)
-    check_same_mesh(speaker, truth.faces, f"the dataset {folder}")
+    if not np.array_equal(speaker.faces, truth.faces):
+        raise ParameterError(
+            f"the dataset {folder} has another mesh than the speaker",
+            "give its head.npz with --speaker",
+        )
     stored = "ids" if kind == "classes" else kind
     if stored is not None and not truth.has(stored):
         raise InputFileError(
