@@ -271,11 +271,11 @@ def _rigid_facets(speaker: Speaker, neutral: NDArray[np.float32]) -> BoolArray:
     centre = neutral[speaker.faces].mean(axis=1)
     nose = neutral[speaker.landmarks["nose_tip"][0]]
     eyes = neutral[speaker.landmarks["eye_corners"]]
-    skin = speaker.facet_class == speaker.class_id("skin")
     height = (centre[:, 1] > nose[1] - SHAPE.still_below) & (
         centre[:, 1] < eyes[:, 1].mean() + SHAPE.still_above
     )
-    return np.asarray(skin & height & (centre[:, 2] > eyes[:, 2].min() - SHAPE.still_behind))
+    front = centre[:, 2] > eyes[:, 2].min() - SHAPE.still_behind
+    return np.asarray(speaker.facets_of("skin") & height & front)
 
 
 def _prototypes(
@@ -283,8 +283,7 @@ def _prototypes(
 ) -> FloatArray:
     """Least-squares expression parameters of `PROTOTYPES` over the lips."""
     names = mouth_units()
-    red = [k for k, colour in enumerate(colour_classes(speaker)) if colour == "lips"]
-    lips = np.unique(speaker.faces[np.isin(speaker.facet_class, red)])
+    lips = speaker.vertices_of(*COLOUR_CLASSES["lips"])
     matrix = expression.modes[:, lips].reshape(len(expression.modes), -1).T.astype(np.float64)
     units = speaker.unit_matrix(names)[:, lips]
     out = []

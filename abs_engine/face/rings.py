@@ -23,8 +23,7 @@ def lip_rings(speaker: Speaker) -> dict[str, NDArray[np.int32]]:
 
 def contours(speaker: Speaker) -> dict[str, NDArray[np.int32]]:
     """Those of the lips, and the lower teeth, which move as the jaw does, as vertices."""
-    teeth = speaker.faces[speaker.facet_class == speaker.class_id("lower_teeth")]
-    return {**lip_rings(speaker), "jaw": np.unique(teeth).astype(np.int32)}
+    return {**lip_rings(speaker), "jaw": speaker.vertices_of("lower_teeth")}
 
 
 def rings_of(speaker: Speaker, kept: NDArray[np.int32]) -> dict[str, NDArray[np.int32]]:

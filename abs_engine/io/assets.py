@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.geometry import check_mesh
 from abs_engine.core.kinds import to_path
@@ -98,10 +99,13 @@ class Speaker:
             raise ParameterError(f"there is no facet class '{name}'", known)
         return self.class_names.index(name)
 
+    def facets_of(self, *classes: str) -> BoolArray:
+        """Mask (F,) of the facets of some classes."""
+        return np.isin(self.facet_class, [self.class_id(name) for name in classes])
+
     def vertices_of(self, *classes: str) -> NDArray[np.int32]:
         """Vertices (N,) of the facets of some classes, ascending."""
-        ids = [self.class_id(name) for name in classes]
-        return np.asarray(np.unique(self.faces[np.isin(self.facet_class, ids)]), np.int32)
+        return np.asarray(np.unique(self.faces[self.facets_of(*classes)]), np.int32)
 
     def identity_weights(self, **weights: float) -> NDArray[np.float32]:
         """Identity weights (K,) from target names without their folder, '-' written as '_'."""

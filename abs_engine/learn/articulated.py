@@ -114,8 +114,7 @@ def _parts(speaker: Speaker, scene: Scene) -> tuple[Scene, Scene, IntArray, IntA
     """Skin and lips of a head; that with what stands in the mouth, its vertices (V',) and marks."""
     listed = _marks(speaker)
     surface = _facets(speaker, listed)
-    inside = np.isin(speaker.facet_class, [speaker.class_id(name) for name in _INSIDE])
-    outer, kept = part(scene, surface | inside)
+    outer, kept = part(scene, surface | speaker.facets_of(*_INSIDE))
     marks = listed[np.isin(listed, kept)]  # a few have no facet that stays where it is
     return part(scene, surface)[0], outer, kept, marks
 
@@ -137,9 +136,8 @@ def _still(speaker: Speaker) -> BoolArray:
 
 def _facets(speaker: Speaker, marks: IntArray) -> BoolArray:
     """Facets of skin between the marks, which lie 4 mm apart, and all of the lips."""
-    lips = [speaker.class_id(name) for name in ("upper_lip", "lower_lip")]
     place = speaker.vertices.astype(np.float64)
     near = cKDTree(place[marks]).query(place)[0] < LEARNING.near
     within = (near & _still(speaker))[speaker.faces].all(axis=1)
-    skin = speaker.facet_class == speaker.class_id("skin")
-    return np.asarray((within & skin) | np.isin(speaker.facet_class, lips))
+    lips = speaker.facets_of("upper_lip", "lower_lip")
+    return np.asarray((within & speaker.facets_of("skin")) | lips)

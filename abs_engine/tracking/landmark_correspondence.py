@@ -169,8 +169,7 @@ def _allowed(speaker: Speaker, landmark: int) -> NDArray[np.int_]:
         names = ("lower_lip",)
     elif landmark in _UPPER:
         names = ("upper_lip",)
-    ids = [speaker.class_id(n) for n in names if n in speaker.class_names]
-    return np.flatnonzero(np.isin(speaker.facet_class, ids))
+    return np.flatnonzero(speaker.facets_of(*(n for n in names if n in speaker.class_names)))
 
 
 def _candidates(

@@ -52,7 +52,7 @@ def lip_edge(speaker: Speaker, lip: str) -> FloatArray:
 
 def _edges(speaker: Speaker, name: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Edges of a class's facets, and how many of these each is an edge of."""
-    return edges_of(speaker.faces[speaker.facet_class == speaker.class_id(name)])
+    return edges_of(speaker.faces[speaker.facets_of(name)])
 
 
 def _longest(edges: list[tuple[int, int]], at: FloatArray) -> list[int]:

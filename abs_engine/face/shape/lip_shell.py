@@ -66,9 +66,8 @@ def cut_lip_shell(speaker: Speaker) -> LipShell:
     inner, outer = _contours(speaker, vertices)
     lips = [inner + share * (outer - inner) for share in LIP_ROWS]
     skin = _skin_rings(speaker, vertices, outer, SKIN_ROWS)
-    on_skin = speaker.facet_class == speaker.class_id("skin")
     placed = [_on_lips(speaker, vertices, np.vstack(lips))]
-    placed.append(_on_surface(speaker, vertices, on_skin, np.vstack(skin)))
+    placed.append(_on_surface(speaker, vertices, speaker.facets_of("skin"), np.vstack(skin)))
     corners, weights = (np.concatenate(part) for part in zip(*placed, strict=True))
     faces, ring = _faces(len(LIP_ROWS) + len(SKIN_ROWS))
     border = np.arange(len(corners)) >= len(corners) - COLUMNS
@@ -80,8 +79,7 @@ def skin_around(speaker: Speaker, reaches: tuple[float, ...]) -> ShellPoints:
     vertices = speaker.vertices.astype(np.float64)
     outer = _contours(speaker, vertices)[1]
     rings = np.vstack(_skin_rings(speaker, vertices, outer, reaches))
-    on_skin = speaker.facet_class == speaker.class_id("skin")
-    return ShellPoints(*_on_surface(speaker, vertices, on_skin, rings))
+    return ShellPoints(*_on_surface(speaker, vertices, speaker.facets_of("skin"), rings))
 
 
 def lips_besides(speaker: Speaker, between: int, inside: int) -> ShellPoints:
@@ -153,9 +151,7 @@ def _on_lips(
     speaker: Speaker, vertices: FloatArray, points: FloatArray
 ) -> tuple[NDArray[np.int32], FloatArray]:
     """As `_on_surface`, each column of points on its own lip; the corners on the nearest."""
-    upper, lower = (
-        speaker.facet_class == speaker.class_id(name) for name in ("upper_lip", "lower_lip")
-    )
+    upper, lower = speaker.facets_of("upper_lip"), speaker.facets_of("lower_lip")
     column, half = np.arange(len(points)) % COLUMNS, COLUMNS // 2
     corners = np.zeros((len(points), 3), np.int32)
     weights = np.zeros((len(points), 3))

@@ -126,7 +126,6 @@ def sample_postures(count: int, seed: int) -> FloatArray:
 def _importance(speaker: Speaker) -> FloatArray:
     """Lips count more than skin; what lies inside of the mouth does not count."""
     weight = np.zeros(len(speaker.vertices))
-    weight[speaker.faces[speaker.facet_class == speaker.class_id("skin")]] = 1.0
-    for lip in ("upper_lip", "lower_lip"):
-        weight[speaker.faces[speaker.facet_class == speaker.class_id(lip)]] = SHAPE.lip_weight
+    weight[speaker.vertices_of("skin")] = 1.0
+    weight[speaker.vertices_of("upper_lip", "lower_lip")] = SHAPE.lip_weight
     return weight

@@ -53,7 +53,7 @@ def mouth_interior(
     jaw : float, mm
         How far `jawOpen` moves its chin.
     """
-    own = np.isin(bundled.facet_class, [bundled.class_id(name) for name in names])
+    own = bundled.facets_of(*names)
     kept, faces = np.unique(bundled.faces[own], return_inverse=True)
     marks = bundled.landmarks
     at = np.concatenate([marks["outer_lip_20"], marks["inner_lip_8"]])

@@ -43,9 +43,8 @@ class Sites:
         classes = [_classes(name, groups) for name in names]
         parts = []
         for own in dict.fromkeys(classes):
-            ids = [speaker.class_id(name) for name in own]
             at = np.array([k for k, other in enumerate(classes) if other == own], np.int64)
-            parts.append((at, speaker.faces[np.isin(speaker.facet_class, ids)]))
+            parts.append((at, speaker.faces[speaker.facets_of(*own)]))
         return cls(tuple(parts))
 
     @property

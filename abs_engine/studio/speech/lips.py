@@ -45,11 +45,10 @@ class Lips:
     @classmethod
     def of(cls, speaker: Speaker, neutral: NDArray[np.floating]) -> Lips:
         """Lips of a person with `neutral` vertices (V, 3), mm."""
-        faces = {n: _faces(speaker, n) for n in ("upper_lip", "lower_lip", "upper_teeth")}
+        kinds = "upper_lip", "lower_lip", "upper_teeth"
+        faces = {n: speaker.faces[speaker.facets_of(n)] for n in kinds}
         corners = speaker.landmarks["mouth_corners"]
-        used = np.unique(
-            np.concatenate([faces["upper_lip"].ravel(), faces["lower_lip"].ravel(), corners])
-        )
+        used = np.union1d(speaker.vertices_of("upper_lip", "lower_lip"), corners)
         place = np.full(len(neutral), -1)
         place[used] = np.arange(len(used))
         return cls(
@@ -120,11 +119,6 @@ class Lips:
         share = barycentric(corner[best], nearest)
         moved = np.einsum("df,udfx->udx", share, self.units[:, self.lower_faces[best]])
         return distance, -np.einsum("udx,dx->du", moved, unit)
-
-
-def _faces(speaker: Speaker, name: str) -> IntArray:
-    wanted = speaker.facet_class == speaker.class_id(name)
-    return np.asarray(speaker.faces[wanted], np.int64)
 
 
 def _incisors(vertices: FloatArray, edges: IntArray) -> FloatArray:
