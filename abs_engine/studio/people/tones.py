@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from abs_engine.core.errors import ParameterError
+from abs_engine.face.appearance.luminance import luminance
 
 Colour = tuple[int, int, int]
 
@@ -23,8 +24,6 @@ SKIN_TONES: dict[str, Colour] = {
 light, tan, brown and dark_brown are those that the shipped textures were painted with; the others
 lie between or continue the row. The scale is this project's own.
 """
-
-_LUMA = np.array([0.299, 0.587, 0.114])
 _LIP_SHARES = {50.0: (1.14, 0.98, 1.16), 80.0: (1.09, 0.92, 1.15), 109.0: (1.04, 0.82, 1.08),
                141.0: (0.84, 0.68, 0.82), 196.0: (0.83, 0.57, 0.64)}  # fmt: skip
 """Colour of the lips over that of the skin, for skin of some lumas: from the shipped textures."""
@@ -55,7 +54,7 @@ def tone_at(place: float) -> Colour:
 def lip_colour(skin: Colour) -> Colour:
     """The colour of unpainted lips that goes with a skin."""
     shares = np.array(list(_LIP_SHARES.values()))
-    luma = float(_LUMA @ skin)
+    luma = float(luminance(np.array(skin)))
     share = [np.interp(luma, list(_LIP_SHARES), column) for column in shares.T]
     return _rounded(np.array(share) * skin)
 
