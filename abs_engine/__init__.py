@@ -54,14 +54,14 @@ if TYPE_CHECKING:
     from abs_engine.studio.filming import film_scene
     from abs_engine.studio.scenefile import SceneFile, read_scene
     from abs_engine.tracking.api import track
-    from abs_engine.tracking.clip_setting import FrameResult
-    from abs_engine.tracking.heads import prepare_head
+    from abs_engine.tracking.frame.clip_setting import FrameResult
+    from abs_engine.tracking.models.heads import prepare_head
     from abs_engine.tracking.options import TrackOptions
     from abs_engine.tracking.presets import Preset
-    from abs_engine.tracking.record import load_run
+    from abs_engine.tracking.results.run_mesh import load_mesh
     from abs_engine.tracking.run import prepare, track_video
     from abs_engine.tracking.run_in_memory import Run
-    from abs_engine.tracking.run_mesh import load_mesh
+    from abs_engine.tracking.runs.record import load_run
 
 _HOME = {
     # what is drawn, and by what
@@ -85,9 +85,9 @@ _HOME = {
     "track_video": "tracking.run",
     "TrackOptions": "tracking.options",
     "prepare": "tracking.run",
-    "FrameResult": "tracking.clip_setting",
-    "load_run": "tracking.record",
-    "load_mesh": "tracking.run_mesh",
+    "FrameResult": "tracking.frame.clip_setting",
+    "load_run": "tracking.runs.record",
+    "load_mesh": "tracking.results.run_mesh",
     # articulatory parameters of a speaker's own corpus
     "read_corpus": "capture.corpus_file",
     "Predictor": "face.shape.predictors",
@@ -131,7 +131,7 @@ _HOME = {
     "Driver": "optimise.drivers",
     "Solution": "optimise.base",
     "Preset": "tracking.presets",
-    "prepare_head": "tracking.heads",
+    "prepare_head": "tracking.models.heads",
     # the machine
     "diagnose": "render.diagnose",
     "run_bench": "evaluate.bench",

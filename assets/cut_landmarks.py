@@ -1,7 +1,8 @@
 """Cut the face mesh with attention to the lips out of MediaPipe's file, in two parts.
 
 Between the parts lie operations that are MediaPipe's own, which OpenCV does not have. What they do
-is in `abs_engine/tracking/attention_mesh.py`; where they lay the lips is written to a JSON file.
+is in `abs_engine/tracking/detection/attention_mesh.py`; where they lay the lips is written to a
+JSON file.
 Weights and operations of the parts are unchanged; what only the eyes need is left out.
 
 `parts` needs ``pip install ai-edge-litert==2.3.0 flatbuffers==25.12.19``, for the file format.

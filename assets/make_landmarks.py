@@ -31,18 +31,17 @@ from abs_engine.face.shape.population import average_person
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.expected_person import NOISE, save_noise
-from abs_engine.tracking.face_detection import find_face
-from abs_engine.tracking.landmark_correspondence import (
+from abs_engine.tracking.detection.face_detection import find_face
+from abs_engine.tracking.detection.landmarks import landmarks_of
+from abs_engine.tracking.landmark.landmark_correspondence import (
     FILE,
     Correspondence,
     Sighting,
     learn_correspondence,
     off_of,
 )
-from abs_engine.tracking.landmark_noise import LandmarkNoise, learn_noise
-from abs_engine.tracking.landmarks import landmarks_of
-from abs_engine.tracking.rendered_landmarks import (
+from abs_engine.tracking.landmark.landmark_noise import LandmarkNoise, learn_noise
+from abs_engine.tracking.landmark.rendered_landmarks import (
     USUAL_LIGHT,
     Light,
     lit_picture,
@@ -50,6 +49,7 @@ from abs_engine.tracking.rendered_landmarks import (
     sighting_of,
     sightings_of,
 )
+from abs_engine.tracking.person.expected_person import NOISE, save_noise
 
 POSTURES: tuple[dict[str, float], ...] = (
     {},

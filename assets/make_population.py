@@ -33,8 +33,8 @@ from abs_engine.face.schema import COMPONENT
 from abs_engine.face.shape.population import HEADS, Population
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.rendered_landmarks import Light, lit_picture, pose_of
-from abs_engine.tracking.scale import pupil_distance, pupil_vertices
+from abs_engine.tracking.landmark.rendered_landmarks import Light, lit_picture, pose_of
+from abs_engine.tracking.person.scale import pupil_distance, pupil_vertices
 
 SKIN = ("skin", "upper_lip", "lower_lip")
 INNER = np.r_[8, 17:68]

@@ -28,7 +28,7 @@ from abs_engine.face.rings import lip_rings
 from abs_engine.face.shape.mouth import mouth_units
 from abs_engine.face.shape.scanned_units import UNITS, save_units
 from abs_engine.io.assets import Speaker, load_speaker
-from abs_engine.tracking.rendered_landmarks import pose_of
+from abs_engine.tracking.landmark.rendered_landmarks import pose_of
 
 STIFF, ON_CONTOUR = 3.0, 300.0
 """Weight of smoothness, and of a point of a contour or of a tooth, beside a point of the skin."""

@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.io.video import read_frames
-from abs_engine.tracking.face_choice import FaceChoice
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.detection.face_choice import FaceChoice
+from abs_engine.tracking.runs.record import load_run
 
 Image = NDArray[np.uint8]
 GRAIN = np.random.default_rng(0)

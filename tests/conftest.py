@@ -25,7 +25,7 @@ FIRST = (
     "package/test_docs.py",
     "package/test_leaves.py",
     "package/test_packaging.py",
-    "tracking/test_speaker.py",
+    "tracking/speaker/test_speaker.py",
     "fit/test_track_fit.py",
     "studio/test_speech_articulation.py",
     "clips/test_many_clips.py",

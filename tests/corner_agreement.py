@@ -31,7 +31,7 @@ from edge_agreement import WITHIN, FloatArray, correlation, labels, seen_lips
 from people_agreement import DATA, PARTS
 
 from abs_engine.io.assets import load_speaker
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.runs.record import load_run
 
 LABELS = Path(__file__).parent / "data" / "lip_corners.csv"
 

@@ -15,11 +15,11 @@ from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape
 from abs_engine.io.assets import Speaker, load_speaker
-from abs_engine.tracking.face_detection import find_face
-from abs_engine.tracking.head_fit import landmark_shape
-from abs_engine.tracking.landmark_correspondence import Correspondence, load_correspondence
-from abs_engine.tracking.landmark_shape import LandmarkShape
-from abs_engine.tracking.landmarks import Landmarks, landmarks_of
+from abs_engine.tracking.detection.face_detection import find_face
+from abs_engine.tracking.detection.landmarks import Landmarks, landmarks_of
+from abs_engine.tracking.head.head_fit import landmark_shape
+from abs_engine.tracking.landmark.landmark_correspondence import Correspondence, load_correspondence
+from abs_engine.tracking.landmark.landmark_shape import LandmarkShape
 
 CAMERA = Camera.ideal(SIZE)
 AHEAD = seen_at([0, 0, 0], [0, 0, 700])

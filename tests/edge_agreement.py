@@ -28,7 +28,7 @@ from people_agreement import DATA, PARTS
 from scipy.spatial.transform import Rotation
 
 from abs_engine.io.assets import load_speaker
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.runs.record import load_run
 
 FloatArray = NDArray[np.float64]
 LABELS = Path(__file__).parent / "data" / "lip_edges.csv"

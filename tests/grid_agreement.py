@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.papers.basu1998.real_clips import Agreement, agreement, closure_labels
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.runs.record import load_run
 
 
 def line(clip: str, folder: Path, found: Agreement) -> str:

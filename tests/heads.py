@@ -15,8 +15,8 @@ from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import mouth_window
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.blob_start import mouth_model
-from abs_engine.tracking.face_detection import Face
+from abs_engine.tracking.detection.face_detection import Face
+from abs_engine.tracking.start.blob_start import mouth_model
 
 SIZE = 320, 240
 

@@ -22,9 +22,9 @@ from altered_clips import clips_in, rate_of, write
 from numpy.typing import NDArray
 
 from abs_engine.io.video import read_frames
-from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
-from abs_engine.tracking.landmarks import OUTER_RING, Landmarks
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.detection.face_choice import FaceChoice, FaceFollower
+from abs_engine.tracking.detection.landmarks import OUTER_RING, Landmarks
+from abs_engine.tracking.runs.record import load_run
 
 Image = NDArray[np.uint8]
 CHEEK = 50

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from abs_engine.tracking import frame_choice, identity_fit, multistart
+from abs_engine.tracking.person import frame_choice, identity_fit, multistart
 from abs_engine.tracking.settings.preparation import PREPARATION
 
 

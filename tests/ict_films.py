@@ -39,7 +39,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING
 from abs_engine.dataset.camera_file import camera_json
 from abs_engine.studio.worker import know_arguments
-from abs_engine.tracking.face_detection import find_face
+from abs_engine.tracking.detection.face_detection import find_face
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

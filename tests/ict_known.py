@@ -37,8 +37,8 @@ from scipy.spatial.transform import Rotation
 
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.io.morphs.ict import read_ict
-from abs_engine.tracking.record import load_run
-from abs_engine.tracking.run_mesh import load_mesh
+from abs_engine.tracking.results.run_mesh import load_mesh
+from abs_engine.tracking.runs.record import load_run
 
 FloatArray = NDArray[np.float64]
 NARROW = 6706

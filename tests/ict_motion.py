@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from abs_engine.face.rings import lip_rings
 from abs_engine.io.assets import Speaker, load_speaker
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.runs.record import load_run
 
 FloatArray = NDArray[np.float64]
 SHARES = np.linspace(0.1, 0.9, 9)

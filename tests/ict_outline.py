@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from abs_engine.io.assets import Speaker, load_speaker
-from abs_engine.tracking.record import load_run
-from abs_engine.tracking.run_mesh import load_mesh
+from abs_engine.tracking.results.run_mesh import load_mesh
+from abs_engine.tracking.runs.record import load_run
 
 FloatArray = NDArray[np.float64]
 

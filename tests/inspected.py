@@ -27,8 +27,8 @@ from abs_engine.report.drawing.paint import paint
 from abs_engine.report.drawing.view import View
 from abs_engine.report.inspect.body import Body, coat, person_body, posed
 from abs_engine.report.inspect.labels import LabelFrame, drawn_labels
-from abs_engine.tracking.record import FORMAT, VERSION
-from abs_engine.tracking.run_mesh import RunMesh
+from abs_engine.tracking.results.run_mesh import RunMesh
+from abs_engine.tracking.runs.record import FORMAT, VERSION
 
 CAMERA = Camera.ideal((96, 72))
 POSE = Pose(FACING, np.array([0.0, 20.0, 600.0]))

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from abs_engine.dataset import load_truth
 from abs_engine.io.assets import CLOSED_APERTURE, Speaker, load_speaker
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.runs.record import load_run
 
 FloatArray = NDArray[np.float64]
 WITHIN = 1.645  # standard deviations to either side: 90 %

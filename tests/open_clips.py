@@ -19,7 +19,7 @@ from altered_clips import clips_in, rate_of, write
 from numpy.typing import NDArray
 
 from abs_engine.io.video import read_frames
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.runs.record import load_run
 
 LEAST_MM, FEWEST = 3.0, 14
 

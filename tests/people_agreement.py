@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.runs.record import load_run
 
 DATA = Path(os.environ.get("ABS_ENGINE_DATA", "../shared/data")) / "people"
 # Skin, and how plainly lips differ from it, by the data's own table

@@ -46,10 +46,10 @@ from abs_engine.studio.corpus import PAPER_VISEMES, speak_corpus
 from abs_engine.studio.french import QUICK
 from abs_engine.studio.make import Crew, Order, make
 from abs_engine.studio.people import neutral, random_person
-from abs_engine.tracking.measured_looks import with_looks
+from abs_engine.tracking.models.measured_looks import with_looks
 from abs_engine.tracking.options import TrackOptions
+from abs_engine.tracking.results.run_mesh import load_mesh
 from abs_engine.tracking.run import track_video
-from abs_engine.tracking.run_mesh import load_mesh
 
 BEADS = (
     *("lip_corner_000", "lip_corner_001"),

@@ -18,7 +18,7 @@ from ict_films import TREMOR
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.runs.record import load_run
 
 FAR = 1.5
 """Degrees off that middle from which on a frame is counted."""

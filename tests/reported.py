@@ -16,7 +16,7 @@ from results import write_run as write_perfect
 
 from abs_engine.dataset import Truth, write_sums
 from abs_engine.io.video import VideoWriter
-from abs_engine.tracking.run_mesh import RunMesh
+from abs_engine.tracking.results.run_mesh import RunMesh
 
 FRAMES = 30
 SHIFT_MM = 2.0

@@ -30,7 +30,7 @@ from abs_engine.evaluate.landmark_csv import Reference
 from abs_engine.evaluate.metrics import to_camera
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.studio.people.lip_contact import widest_gap
-from abs_engine.tracking.run_mesh import LinearSurface, RunMesh
+from abs_engine.tracking.results.run_mesh import LinearSurface, RunMesh
 
 FRAMES, RATE = 60, 25.0
 

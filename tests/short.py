@@ -21,9 +21,11 @@ from abs_engine.report.articulation import report
 from abs_engine.report.drawing import smooth
 from abs_engine.report.drawing.figure import figure_bytes
 from abs_engine.studio import make
-from abs_engine.tracking import identity_fit, rendered_landmarks, speaker_learning
+from abs_engine.tracking.landmark import rendered_landmarks
+from abs_engine.tracking.person import identity_fit
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION
+from abs_engine.tracking.speaker import speaker_learning
 
 FEW = 4
 """Frames that a speaker's face is learned from."""

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.runs.record import load_run
 
 ABOUT, LETTER = 3, 12  # frames about the beginning of a word, and after that of a letter
 OPEN = {"at", "a", "now", "white", "red", "again", "i", "nine", "r", "h", "k", "j", "five", "eight"}

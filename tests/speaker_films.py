@@ -31,8 +31,8 @@ from numpy.typing import NDArray
 from abs_engine.dataset import load_dataset
 from abs_engine.evaluate.metrics import without_constant_offset
 from abs_engine.io.assets import load_speaker
-from abs_engine.tracking.record import load_run
-from abs_engine.tracking.scale import pupil_distance
+from abs_engine.tracking.person.scale import pupil_distance
+from abs_engine.tracking.runs.record import load_run
 
 FloatArray = NDArray[np.float64]
 CLIPS, LEARNED = 5, 3

@@ -434,9 +434,9 @@ def view_points(_: Path) -> bytes:
 
 def journal(folder: Path) -> bytes:
     from abs_engine.core.geometry import Pose
-    from abs_engine.tracking.clip_setting import FrameResult
-    from abs_engine.tracking.frame_journal import FrameJournal
-    from abs_engine.tracking.frame_state import Memory
+    from abs_engine.tracking.frame.clip_setting import FrameResult
+    from abs_engine.tracking.frame.frame_state import Memory
+    from abs_engine.tracking.results.frame_journal import FrameJournal
 
     path, pose = folder / "made.journal", Pose(np.eye(3), np.array([0, 0, 600.0]))
     with FrameJournal(path, "basis") as kept:
@@ -547,7 +547,7 @@ def npy(_: Path) -> bytes:
 
 
 def mouth_labels(folder: Path) -> bytes:
-    from abs_engine.tracking.worn_labels import COLUMNS
+    from abs_engine.tracking.models.worn_labels import COLUMNS
 
     (folder / "clip.mp4").write_bytes(video(folder))
     mouth = [[3, 12], [20, 12], [7, 10], [7, 14], [11, 9], [11, 15], [16, 10], [16, 14]]

@@ -27,10 +27,10 @@ from abs_engine.io.assets import load_speaker
 from abs_engine.io.video import probe, read_frames
 from abs_engine.learn.opening import LabelledMouth, learn_opening, spot_of
 from abs_engine.render.select import open_renderer
-from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
+from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.loop import track
+from abs_engine.tracking.models.worn import fitted_clip, found_mouth
 from abs_engine.tracking.options import Clip, ClipTracker, Leaves, TrackOptions
-from abs_engine.tracking.worn import fitted_clip, found_mouth
 
 FloatArray = NDArray[np.float64]
 FOLDER = Path(os.environ.get("ABS_ENGINE_DATA", "../shared/data")) / "tal_lips"

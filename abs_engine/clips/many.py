@@ -16,7 +16,7 @@ from abs_engine.clips.worker import track_job
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.foreign import named
 from abs_engine.io.naming import partial_of
-from abs_engine.tracking.frame_journal import FRAMES
+from abs_engine.tracking.results.frame_journal import FRAMES
 
 if TYPE_CHECKING:
     from distributed import Client, Future

@@ -21,8 +21,8 @@ from abs_engine.core.registry import PLUGINS, load_plugin
 from abs_engine.core.release import engine_version
 from abs_engine.core.threads import keep_to_one_core
 from abs_engine.render.select import opened_renderer
-from abs_engine.tracking.output import read_facts
 from abs_engine.tracking.run import options_in, track_video
+from abs_engine.tracking.runs.output import read_facts
 
 _ONE = threading.Lock()
 """A process tracks one clip at a time, however many threads its scheduler gave it."""

@@ -26,7 +26,7 @@ from abs_engine.evaluate.landmark_csv import Reference
 from abs_engine.face.schema import Unit
 from abs_engine.io.assets import CLOSED_APERTURE
 from abs_engine.io.csv_table import Table, read_table
-from abs_engine.tracking.run_mesh import LinearSurface
+from abs_engine.tracking.results.run_mesh import LinearSurface
 
 HEAD = ("headyaw", "headpitch", "headroll")
 DRIFT = 0.002

@@ -19,7 +19,7 @@ def main() -> int:
     video, run, renderer, begun = sys.argv[1:]
     collect_seldom()
     from abs_engine.core.threads import begin
-    from abs_engine.tracking import beforehand
+    from abs_engine.tracking.start import beforehand
 
     begin(beforehand.load, None, True)
     from abs_engine.render.select import opened_renderer

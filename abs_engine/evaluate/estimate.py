@@ -14,7 +14,7 @@ from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.io.arrays import Layout, check_arrays, of_json, real, whole
 from abs_engine.io.assets import CLOSED_APERTURE
-from abs_engine.tracking.run_mesh import LinearSurface
+from abs_engine.tracking.results.run_mesh import LinearSurface
 
 Areas = Mapping[str, NDArray[np.int32]]
 

@@ -18,7 +18,7 @@ from abs_engine.evaluate.closing import narrow
 from abs_engine.evaluate.estimate import check_run, of_run, run_arrays
 from abs_engine.evaluate.metrics import Mean, squared_distance, value, without_constant_offset
 from abs_engine.evaluate.score import Score, measure, summary
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.runs.record import load_run
 
 RunArrays = Mapping[str, NDArray[Any]]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun
 from abs_engine.export.reading import compared, numbers
-from abs_engine.tracking.run_table import time_cell
+from abs_engine.tracking.results.run_table import time_cell
 
 
 def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:

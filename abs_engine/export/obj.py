@@ -9,7 +9,7 @@ import numpy as np
 from abs_engine.core.errors import InputFileError
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
 from abs_engine.export.reading import compared, differs
-from abs_engine.tracking.run_table import time_cell
+from abs_engine.tracking.results.run_table import time_cell
 
 
 def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:

@@ -10,7 +10,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun
 from abs_engine.export.reading import compared, differs
 from abs_engine.io.assets import LIPS_OF_68
-from abs_engine.tracking.run_table import columns_of
+from abs_engine.tracking.results.run_table import columns_of
 
 
 def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:

@@ -14,7 +14,7 @@ from abs_engine.core.arrays import FloatArray, stretches
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun
 from abs_engine.export.reading import UNDEFINED, compared, differs, numbers
 from abs_engine.tracking.footage import sound_line
-from abs_engine.tracking.run_table import time_cell
+from abs_engine.tracking.results.run_table import time_cell
 
 GRID, TABLE = "closures.TextGrid", "measures.tsv"
 MEASURES = (

@@ -16,10 +16,10 @@ from abs_engine.core.registry import EXPORTERS
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun, read_run, rms
 from abs_engine.io.files import check_free, scratch, write_new
 from abs_engine.io.new_folder import NewFolder
-from abs_engine.tracking.measures import closure_arrays, closures, cuts
-from abs_engine.tracking.record import TABLE
-from abs_engine.tracking.run_table import closed_frames
-from abs_engine.tracking.smoothing import Smoothing
+from abs_engine.tracking.results.measures import closure_arrays, closures, cuts
+from abs_engine.tracking.results.run_table import closed_frames
+from abs_engine.tracking.results.smoothing import Smoothing
+from abs_engine.tracking.runs.record import TABLE
 
 
 def export_run(

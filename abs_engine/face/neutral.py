@@ -14,7 +14,7 @@ _HEIGHT = 1
 
 
 class Moving(Protocol):
-    """A head that moves linearly, such as `face.base.Body` and `tracking.run_mesh.RunMesh`."""
+    """A head that moves linearly: `face.base.Body`, `tracking.results.run_mesh.RunMesh`."""
 
     @property
     def mean(self) -> NDArray[np.float32]:

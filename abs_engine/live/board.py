@@ -16,8 +16,8 @@ from abs_engine.core.pose import parted
 from abs_engine.live.release import Released
 from abs_engine.report.drawing.colours import clay_colours
 from abs_engine.report.page import welded
-from abs_engine.tracking.clip_setting import ClipSetting
-from abs_engine.tracking.contours import LipDrawing
+from abs_engine.tracking.frame.clip_setting import ClipSetting
+from abs_engine.tracking.results.contours import LipDrawing
 
 _MOST_WIDE = 640  # px; a larger picture is made smaller
 _QUALITY = 80  # of JPEG

@@ -9,13 +9,13 @@ from typing import Any
 from abs_engine.core.threads import Behind
 from abs_engine.io.video import VideoInfo, VideoWriter, read_frames
 from abs_engine.live.release import Released
-from abs_engine.tracking.clip_setting import FrameResult
-from abs_engine.tracking.frame_journal import FRAMES, FrameJournal
-from abs_engine.tracking.frame_state import Shot
+from abs_engine.tracking.frame.clip_setting import FrameResult
+from abs_engine.tracking.frame.frame_state import Shot
 from abs_engine.tracking.loop import NOTHING
 from abs_engine.tracking.options import ClipTracker, TrackOptions
-from abs_engine.tracking.output import Progress, RunFacts, write_run
+from abs_engine.tracking.results.frame_journal import FRAMES, FrameJournal
 from abs_engine.tracking.run import settings_of
+from abs_engine.tracking.runs.output import Progress, RunFacts, write_run
 
 RECORDING = "recording.mkv"  # in the run: can be played however the session ends
 _CODING = 18, "ultrafast"
@@ -51,7 +51,7 @@ class Keeper:
     def write(
         self, options: TrackOptions, facts: dict[str, Any], progress: Progress | None = None
     ) -> dict[str, Any]:
-        """Write the run; see `tracking.output.write_run`.
+        """Write the run; see `tracking.runs.output.write_run`.
 
         Parameters
         ----------

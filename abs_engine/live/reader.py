@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from abs_engine.core.errors import AbsEngineError, VideoError
 from abs_engine.live.feed import Feed
-from abs_engine.tracking.frame_state import Shot
+from abs_engine.tracking.frame.frame_state import Shot
 
 
 class Reader:

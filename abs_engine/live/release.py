@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
-from abs_engine.tracking.clip_setting import FrameResult
-from abs_engine.tracking.frame_rows import BELIEVED, believed
-from abs_engine.tracking.frame_state import Shot
-from abs_engine.tracking.measures import ANGLES, angles
-from abs_engine.tracking.run_table import closed_frames
+from abs_engine.tracking.frame.clip_setting import FrameResult
+from abs_engine.tracking.frame.frame_state import Shot
+from abs_engine.tracking.results.frame_rows import BELIEVED, believed
+from abs_engine.tracking.results.measures import ANGLES, angles
+from abs_engine.tracking.results.run_table import closed_frames
 
 RECENT = 25  # results that `Release.took` remembers
 _DIGITS = 4

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.dataset import Phoneme
 from abs_engine.evaluate.score import Score
-from abs_engine.tracking.run_mesh import LinearSurface
+from abs_engine.tracking.results.run_mesh import LinearSurface
 
 Rows = tuple[tuple[str, str], ...]
 """Names and values, for a table of two columns."""

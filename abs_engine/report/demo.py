@@ -25,9 +25,9 @@ from abs_engine.studio.filming import film_scene
 from abs_engine.studio.make import Crew
 from abs_engine.studio.scenefile import Label, sentence_scene
 from abs_engine.tracking.options import TrackOptions
-from abs_engine.tracking.output import Progress, read_facts
-from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run import track_video
+from abs_engine.tracking.runs.output import Progress, read_facts
+from abs_engine.tracking.runs.record import load_run
 
 CLIP, RUN, EVALUATION, PAGE = "clip", "run", "evaluation", "index.html"
 SHOWN = (

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.tracking.run_mesh import LinearSurface
+from abs_engine.tracking.results.run_mesh import LinearSurface
 
 FINE_MM = 0.004
 """Steps of a mode's vertices, as far as its weights move them; ten modes are wrong by 0.02 mm."""

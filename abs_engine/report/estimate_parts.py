@@ -18,7 +18,7 @@ from abs_engine.io.assets import Speaker
 from abs_engine.report.data import Head, Series, System
 from abs_engine.report.motion import compress
 from abs_engine.report.scoring import same_mesh
-from abs_engine.tracking.run_mesh import LinearSurface
+from abs_engine.tracking.results.run_mesh import LinearSurface
 
 Loops = Mapping[str, NDArray[np.int32]]
 _MANY_MODES = 16

@@ -12,7 +12,7 @@ from abs_engine.dataset.dataset import dataset_root, read_record
 from abs_engine.evaluate.machine import machine_facts
 from abs_engine.io.inputs import read_json
 from abs_engine.report.data import Rows
-from abs_engine.tracking.record import SUMMARY
+from abs_engine.tracking.runs.record import SUMMARY
 
 _MORE_PACKAGES = ("scipy", "opencv-contrib-python-headless", "nlopt", "av", "plotly")
 _FIRST = ("engine_version", "commit", "dirty", "renderer")

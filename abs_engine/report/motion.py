@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.tracking.run_mesh import LinearSurface
+from abs_engine.tracking.results.run_mesh import LinearSurface
 
 LARGEST_ERROR_MM = 0.05
 """No coordinate of a mesh is farther from the original than this."""

@@ -28,8 +28,8 @@ from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.csv_table import read_table
 from abs_engine.io.new_folder import NewFolder
 from abs_engine.report.score_notes import doubts, offsets
-from abs_engine.tracking.record import load_run
-from abs_engine.tracking.run_mesh import MESH, load_mesh
+from abs_engine.tracking.results.run_mesh import MESH, load_mesh
+from abs_engine.tracking.runs.record import load_run
 
 SCORES, TABLE = "scores.json", "scores.csv"
 MAP_FORMAT, MAP_VERSION = "abs_engine.error_map", 1

@@ -22,11 +22,11 @@ from abs_engine.render.select import opened_renderer
 from abs_engine.render.trial import check_renderer
 from abs_engine.tracking.option_checks import check_options
 from abs_engine.tracking.options import ClipTracker, TrackOptions
-from abs_engine.tracking.output import Progress
-from abs_engine.tracking.record import Record, Recorder
+from abs_engine.tracking.results.smoothing import Smoothing
 from abs_engine.tracking.run import prepare, settings_of, track_video
 from abs_engine.tracking.run_in_memory import Run
-from abs_engine.tracking.smoothing import Smoothing
+from abs_engine.tracking.runs.output import Progress
+from abs_engine.tracking.runs.record import Record, Recorder
 
 _INTERNAL = ("model_file",)  # follows from `model`
 

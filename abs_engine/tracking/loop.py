@@ -20,8 +20,8 @@ from abs_engine.fit.belief import belief_of, share_of_landmarks
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.seal import sealed
 from abs_engine.fit.search import Found, averaged, search
-from abs_engine.tracking.blob_visibility import OUTSIDE
-from abs_engine.tracking.clip_setting import (
+from abs_engine.tracking.frame.blob_visibility import OUTSIDE
+from abs_engine.tracking.frame.clip_setting import (
     AGAIN,
     FRAME_SOLVER,
     HELD,
@@ -31,9 +31,9 @@ from abs_engine.tracking.clip_setting import (
     FrameResult,
     Work,
 )
-from abs_engine.tracking.frame_journal import FrameJournal
-from abs_engine.tracking.frame_state import HeadFrame, Memory, Shot
-from abs_engine.tracking.run_warnings import disagreement
+from abs_engine.tracking.frame.frame_state import HeadFrame, Memory, Shot
+from abs_engine.tracking.results.frame_journal import FrameJournal
+from abs_engine.tracking.results.run_warnings import disagreement
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 NOTHING = Memory()

@@ -8,12 +8,12 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
 from abs_engine.io.video import VideoInfo
+from abs_engine.tracking.frame.mouth_landmarks import EVIDENCE
 from abs_engine.tracking.model_entry import Model, check_model, model_named
-from abs_engine.tracking.mouth_landmarks import EVIDENCE
 from abs_engine.tracking.options import BLOBS, LANDMARKS, STARTS, Leaves, TrackOptions
+from abs_engine.tracking.person.scale import pupil_scale
 from abs_engine.tracking.presets import resolved
-from abs_engine.tracking.scale import pupil_scale
-from abs_engine.tracking.smoothing import Smoothing
+from abs_engine.tracking.results.smoothing import Smoothing
 
 DEFAULTS = TrackOptions()
 

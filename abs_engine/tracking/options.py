@@ -14,14 +14,14 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.fit.terms import TermKind, check_leaves, term_kinds
 from abs_engine.io.video import VideoInfo, read_frames
 from abs_engine.optimise.drivers import Driver
-from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.frame_journal import FrameJournal
-from abs_engine.tracking.frame_state import Memory
-from abs_engine.tracking.landmarks import Landmarks
+from abs_engine.tracking.detection.landmarks import Landmarks
+from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
+from abs_engine.tracking.frame.frame_state import Memory
+from abs_engine.tracking.frame.mouth_landmarks import BOTH
 from abs_engine.tracking.loop import track
-from abs_engine.tracking.mouth_landmarks import BOTH
 from abs_engine.tracking.option_kinds import check_kinds, kept
-from abs_engine.tracking.scale import Scale
+from abs_engine.tracking.person.scale import Scale
+from abs_engine.tracking.results.frame_journal import FrameJournal
 
 LANDMARKS, BLOBS = STARTS = "landmarks", "blobs"
 
@@ -46,8 +46,8 @@ class TrackOptions:
     physics : Path or None
         Lips that `train` learned from dots; by default the mouth moves in components of face units.
     poses : Path or None
-        Head poses of all frames (see `tracking.poses_file`); by default they are estimated. With
-        a known head they are taken as they are, with the average head as a first guess.
+        Head poses of all frames (see `tracking.runs.poses_file`); by default they are estimated.
+        With a known head they are taken as they are, with the average head as a first guess.
     start : str or None
         "landmarks", the default: a network's landmarks place the whole head, and are one soft term
         in each frame; "blobs": as in the papers, by colour about a face that was detected. A known

@@ -25,17 +25,17 @@ from abs_engine.io.head_points import POINTS
 from abs_engine.io.unfinished import Unfinished, kept_if_of_use
 from abs_engine.io.video import Frame, VideoInfo, probe
 from abs_engine.tracking.footage import footage_lines
-from abs_engine.tracking.frame_journal import FRAMES, FrameJournal, fingerprint
 from abs_engine.tracking.model_entry import made_ready
 from abs_engine.tracking.option_checks import DEFAULTS, check_options
 from abs_engine.tracking.options import Clip, ClipTracker, Leaves, Tell, TrackOptions
-from abs_engine.tracking.output import Progress, RunFacts, write_run
-from abs_engine.tracking.poses_file import read_poses
 from abs_engine.tracking.presets import resolved
-from abs_engine.tracking.record import Record
-from abs_engine.tracking.run_warnings import GIVEN_COLOURS
+from abs_engine.tracking.results.frame_journal import FRAMES, FrameJournal, fingerprint
+from abs_engine.tracking.results.run_warnings import GIVEN_COLOURS
+from abs_engine.tracking.results.smoothing import Smoothing, write_smoothed
+from abs_engine.tracking.runs.output import Progress, RunFacts, write_run
+from abs_engine.tracking.runs.poses_file import read_poses
+from abs_engine.tracking.runs.record import Record
 from abs_engine.tracking.settings.stages import SETTINGS
-from abs_engine.tracking.smoothing import Smoothing, write_smoothed
 
 DISCARDED = (
     "what an interrupted command with other options, of another video or by another release had "
@@ -123,7 +123,7 @@ def track_video(
     recorded: Callable[[ClipTracker, Record], None] | None = None,
     beside: Mapping[str, str] = MappingProxyType({}),
 ) -> dict[str, Any]:
-    """Track the lips in a video and write a run; see `abs_engine.tracking.record`.
+    """Track the lips in a video and write a run; see `abs_engine.tracking.runs.record`.
 
     What was tracked when the process was killed, or the disk was full, is kept beside the folder:
     called again with the same choices, it goes on there.

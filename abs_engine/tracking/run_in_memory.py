@@ -16,12 +16,12 @@ from abs_engine.core.kinds import to_path
 from abs_engine.core.registry import nearest
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.io.new_folder import NewFolder
-from abs_engine.tracking.output import COLOURS
-from abs_engine.tracking.record import Record
+from abs_engine.tracking.results.run_mesh import RunMesh
+from abs_engine.tracking.results.run_table import OF_LIPS
+from abs_engine.tracking.results.smoothing import write_smoothed
 from abs_engine.tracking.run import path_of
-from abs_engine.tracking.run_mesh import RunMesh
-from abs_engine.tracking.run_table import OF_LIPS
-from abs_engine.tracking.smoothing import write_smoothed
+from abs_engine.tracking.runs.output import COLOURS
+from abs_engine.tracking.runs.record import Record
 
 if TYPE_CHECKING:
     from pandas import DataFrame

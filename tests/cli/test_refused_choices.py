@@ -19,10 +19,10 @@ from abs_engine.io.assets import shipped
 from abs_engine.io.naming import CHOICES, RECORD, WHOLE, partial_of
 from abs_engine.io.video import VideoInfo
 from abs_engine.optimise.drivers import Driver
-from abs_engine.tracking.frame_journal import FRAMES
 from abs_engine.tracking.model_entry import Model, check_model
 from abs_engine.tracking.option_checks import check_options
 from abs_engine.tracking.options import Leaves, TrackOptions
+from abs_engine.tracking.results.frame_journal import FRAMES
 
 INFO = VideoInfo(size=(320, 240), rate=25.0, frames=5, times=())
 

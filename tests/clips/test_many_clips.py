@@ -36,8 +36,8 @@ from abs_engine.core.errors import OutputError, ParameterError
 from abs_engine.core.release import engine_version
 from abs_engine.dataset.sums import digest
 from abs_engine.io.naming import partial_of
-from abs_engine.tracking.frame_journal import FRAMES
 from abs_engine.tracking.options import TrackOptions
+from abs_engine.tracking.results.frame_journal import FRAMES
 
 OPEN = (0.0, 0.2, 0.3, 0.15, 0.05)
 

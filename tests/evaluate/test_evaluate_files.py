@@ -38,7 +38,7 @@ from abs_engine.io.csv_table import read_table
 from abs_engine.report.inspect.runs import load_run_head
 from abs_engine.report.scoring import default_folder, evaluate
 from abs_engine.studio.speech import read_livelink
-from abs_engine.tracking.run_mesh import load_mesh
+from abs_engine.tracking.results.run_mesh import load_mesh
 
 MARKS = slice(48, 68)
 

@@ -6,7 +6,7 @@ import numpy as np
 from runs import written_run
 
 from abs_engine.evaluate.estimate import of_run
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.runs.record import load_run
 
 
 def test_a_frame_that_was_not_found_says_nothing(tmp_path):

@@ -16,7 +16,7 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colourless import chroma_spread, grey_below, in_colour, is_grey
 from abs_engine.face.appearance.colours_by_head import learn_placed
 from abs_engine.face.settings.colour import COLOURS
-from abs_engine.tracking.run_warnings import NO_COLOUR, doubts
+from abs_engine.tracking.results.run_warnings import NO_COLOUR, doubts
 
 LUMA = np.array([0.299, 0.587, 0.114])
 SEPIA = np.array([1.12, 1.0, 0.78])

@@ -13,7 +13,7 @@ from test_colours_by_head import painted, places
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colours_by_head import learn_placed
 from abs_engine.face.appearance.exposure import USUAL, Exposure, colourless
-from abs_engine.tracking.run_warnings import BURNT_OUT, NO_COLOUR, TOO_DARK, doubts
+from abs_engine.tracking.results.run_warnings import BURNT_OUT, NO_COLOUR, TOO_DARK, doubts
 
 BURNT, DARK = Exposure(0.6, 240.0), Exposure(0.0, 20.0)
 NONE = (np.zeros(20, bool), np.zeros(20, bool), {"upper_lip": 0.9})

@@ -13,9 +13,9 @@ from drawn import drawn, network_sees
 from abs_engine.face.appearance.colourless import chroma_spread, grey_below, in_colour
 from abs_engine.face.appearance.one_tint import in_one_tint, untinted
 from abs_engine.face.settings.colour import COLOURS
-from abs_engine.tracking import face_detection
-from abs_engine.tracking.face_detection import find_face
-from abs_engine.tracking.landmarks import LIPS, Landmarks, landmarks_again
+from abs_engine.tracking.detection import face_detection
+from abs_engine.tracking.detection.face_detection import find_face
+from abs_engine.tracking.detection.landmarks import LIPS, Landmarks, landmarks_again
 
 PEOPLE = ("clara", "kofi", "ravi")
 TINTS = ("night", "duotone", "blued", "darkroom", "amber")

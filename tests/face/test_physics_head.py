@@ -12,7 +12,7 @@ from abs_engine.face.shape.physics_head import physics_shape
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn.training import Training, train
 from abs_engine.papers.basu1998.motion import authored_motion, observed_motion
-from abs_engine.tracking.blob_start import mouth_model
+from abs_engine.tracking.start.blob_start import mouth_model
 
 SPEAKER = load_speaker()
 

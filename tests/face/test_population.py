@@ -13,7 +13,7 @@ from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape import population
 from abs_engine.face.shape.population import Population, average_person, load_population
 from abs_engine.io.assets import load_speaker
-from abs_engine.tracking.scale import pupil_distance
+from abs_engine.tracking.person.scale import pupil_distance
 
 SPEAKER = load_speaker()
 V = SPEAKER.vertices.astype(np.float64)

@@ -55,7 +55,7 @@ from abs_engine.papers.basu1998.single_frames import (
     typical_shapes,
 )
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.external_poses import GivenMotion
+from abs_engine.tracking.frame.external_poses import GivenMotion
 
 CAMERA = Camera.ideal(SIZE)
 SPEAKER = load_speaker()

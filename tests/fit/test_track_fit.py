@@ -31,7 +31,7 @@ from abs_engine.fit.settings import HEAD_FIT
 from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.raster import OpenGLRenderer
-from abs_engine.tracking.identity_fit import POSE_DEVIATION
+from abs_engine.tracking.person.identity_fit import POSE_DEVIATION
 
 SETTING = toy_setting()
 MODEL, SCENE, CAMERA = toy_model(), SETTING.face.scene, SETTING.camera

@@ -23,7 +23,7 @@ from abs_engine.face.shape.mouth import mouth_units
 from abs_engine.io.assets import load_speaker, read_image, shipped
 from abs_engine.io.npz import read_npz, write_npz
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.blob_start import mouth_model
+from abs_engine.tracking.start.blob_start import mouth_model
 
 CLASSES = {
     "skin", "upper_lip", "lower_lip", "inner_mouth", "upper_teeth", "lower_teeth", "tongue", "eyes",

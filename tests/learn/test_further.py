@@ -25,9 +25,9 @@ from abs_engine.learn.held_out import _left_out, _likeliest, held_out_variances
 from abs_engine.learn.sources import Source, balanced, learn_sources
 from abs_engine.papers.basu1998.experiment import OBSERVED
 from abs_engine.papers.basu1998.motion import UNROUNDED, authored_motion, observed_motion
-from abs_engine.tracking.lip_clips import load_lip_run
-from abs_engine.tracking.run_mesh import RunMesh
-from abs_engine.tracking.shells import BUNDLED
+from abs_engine.tracking.models.shells import BUNDLED
+from abs_engine.tracking.results.run_mesh import RunMesh
+from abs_engine.tracking.speaker.lip_clips import load_lip_run
 
 N, RNG = 12, np.random.default_rng(5)
 REST = RNG.normal(size=(N, 3))

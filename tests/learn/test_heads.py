@@ -25,7 +25,7 @@ from abs_engine.learn.heads.build import build_head
 from abs_engine.learn.heads.frame import head_frame
 from abs_engine.learn.heads.marks import Marks
 from abs_engine.learn.heads.table import read_table
-from abs_engine.tracking.rendered_landmarks import with_network
+from abs_engine.tracking.landmark.rendered_landmarks import with_network
 
 HEAD = load_speaker()
 VERTICES = len(HEAD.vertices)
@@ -280,7 +280,7 @@ def test_a_head_in_which_no_face_is_seen_has_a_remedy_that_import_knows(monkeypa
     def unseen(head, renderer):
         raise FaceNotFoundError("the network sees no face", "--start blobs")
 
-    monkeypatch.setattr("abs_engine.tracking.rendered_landmarks.correspondence_of", unseen)
+    monkeypatch.setattr("abs_engine.tracking.landmark.rendered_landmarks.correspondence_of", unseen)
     with pytest.raises(FaceNotFoundError, match="sees no face; check that its faces point out"):
         with_network(HEAD, None)
 

@@ -16,8 +16,8 @@ from abs_engine.learn.articulatory import Build, build
 from abs_engine.learn.measured.face import MeasuredFace, field, measured_face, smoothness
 from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.studio.corpus import PAPER_VISEMES, speak_corpus
-from abs_engine.tracking.measured_looks import WrittenFace
-from abs_engine.tracking.talking_faces import _own_head
+from abs_engine.tracking.models.measured_looks import WrittenFace
+from abs_engine.tracking.models.talking_faces import _own_head
 
 VISEMES = PAPER_VISEMES[:1] + PAPER_VISEMES[2:40:2]
 

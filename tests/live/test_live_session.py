@@ -37,8 +37,8 @@ from abs_engine.live.reader import Reader
 from abs_engine.live.release import Released
 from abs_engine.live.server import served
 from abs_engine.live.session import ending, follow
-from abs_engine.tracking.frame_state import Memory
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.frame.frame_state import Memory
+from abs_engine.tracking.runs.record import load_run
 
 FRAMES, RATE, LEARN = 5, 5, 0.8
 PICTURE = """

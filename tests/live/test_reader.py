@@ -21,7 +21,7 @@ from abs_engine.live.feed import CameraFeed, FileFeed, open_feed
 from abs_engine.live.reader import Reader
 from abs_engine.live.release import RECENT, Release
 from abs_engine.live.session import ending
-from abs_engine.tracking.frame_state import Shot
+from abs_engine.tracking.frame.frame_state import Shot
 
 IMAGE = np.zeros((32, 48, 3), np.uint8)
 PERIOD = 0.02

@@ -33,13 +33,13 @@ from abs_engine.papers.odisio2004.filmed import VisemePictures, sightings
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.studio.corpus import speak_corpus
 from abs_engine.tracking import loop
-from abs_engine.tracking.clip_setting import UNLIKE
-from abs_engine.tracking.external_poses import GivenMotion
+from abs_engine.tracking.frame.clip_setting import UNLIKE
+from abs_engine.tracking.frame.external_poses import GivenMotion
 from abs_engine.tracking.options import Leaves, TrackOptions
 from abs_engine.tracking.presets import resolved
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.results.run_mesh import load_mesh
 from abs_engine.tracking.run import prepare
-from abs_engine.tracking.run_mesh import load_mesh
+from abs_engine.tracking.runs.record import load_run
 
 PERSON = "amara"
 OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)

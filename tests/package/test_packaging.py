@@ -24,7 +24,7 @@ from pages import blocks_of
 from abs_engine.io.assets import read_image
 from abs_engine.io.video import Frame as Image
 from abs_engine.io.video import VideoWriter
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.runs.record import load_run
 
 ROOT = Path(__file__).resolve().parents[2]
 VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]

@@ -12,7 +12,7 @@ from drawn import lit
 from heads import seen_at
 from runs import write_kind
 
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.runs.record import load_run
 
 pytestmark = pytest.mark.slow
 OPEN = (0.0, 0.2, 0.4)

@@ -17,7 +17,7 @@ from abs_engine.io.assets import read_image
 from abs_engine.io.video import probe
 from abs_engine.report.demo import DemoOptions
 from abs_engine.report.demo_page import head_given
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.runs.record import load_run
 
 pytestmark = pytest.mark.slow
 FRAMES, LIP_RMS_MM, SPIKE_MM = 25, 1.5, 3.0

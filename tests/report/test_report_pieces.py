@@ -29,7 +29,7 @@ from abs_engine.report.film import mouth_picture, shorten, worst_frames
 from abs_engine.report.motion import LARGEST_ERROR_MM, compress
 from abs_engine.report.quantities import error_rows
 from abs_engine.report.sections import _facts
-from abs_engine.tracking.run_mesh import LinearSurface
+from abs_engine.tracking.results.run_mesh import LinearSurface
 
 
 def test_numbers_that_steer_results_are_folded():

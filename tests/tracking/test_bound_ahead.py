@@ -13,11 +13,11 @@ from runs import write_kind
 
 from abs_engine.io.video import read_frames
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.frame_journal import FrameJournal, fingerprint
-from abs_engine.tracking.frame_state import HeadFrame
-from abs_engine.tracking.head_frame import HeadBinder
-from abs_engine.tracking.landmark_motion import LandmarkMotion
+from abs_engine.tracking.frame.frame_state import HeadFrame
+from abs_engine.tracking.frame.head_frame import HeadBinder
+from abs_engine.tracking.frame.landmark_motion import LandmarkMotion
 from abs_engine.tracking.loop import track
+from abs_engine.tracking.results.frame_journal import FrameJournal, fingerprint
 from abs_engine.tracking.run import prepare
 
 AMOUNTS = (0.0, 0.15, 0.3)

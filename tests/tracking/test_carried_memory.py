@@ -15,11 +15,12 @@ from abs_engine.core.clock import Clock
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.face.talking import as_face
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking import landmark_motion, loop
-from abs_engine.tracking.clip_setting import ClipSetting
-from abs_engine.tracking.frame_state import HeadFrame, Memory
+from abs_engine.tracking import loop
+from abs_engine.tracking.frame import landmark_motion
+from abs_engine.tracking.frame.clip_setting import ClipSetting
+from abs_engine.tracking.frame.frame_state import HeadFrame, Memory
 from abs_engine.tracking.loop import track
-from abs_engine.tracking.talking_faces import FaceBinder
+from abs_engine.tracking.models.talking_faces import FaceBinder
 
 POSE = Pose(FACING, [0.0, 0.0, 700.0])
 IMAGE = np.zeros((4, 4, 3), np.uint8)

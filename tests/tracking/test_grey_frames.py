@@ -13,11 +13,11 @@ import abs_engine
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.base import lip_aperture
 from abs_engine.face.rings import lip_rings
-from abs_engine.tracking import landmark_motion
-from abs_engine.tracking.clip_setting import GREY
-from abs_engine.tracking.landmark_motion import LandmarkMotion
-from abs_engine.tracking.landmarks import OUTER_RING
-from abs_engine.tracking.light import SkinLight
+from abs_engine.tracking.detection.landmarks import OUTER_RING
+from abs_engine.tracking.detection.light import SkinLight
+from abs_engine.tracking.frame import landmark_motion
+from abs_engine.tracking.frame.clip_setting import GREY
+from abs_engine.tracking.frame.landmark_motion import LandmarkMotion
 
 NOTHING = SimpleNamespace(pose=None)
 AMOUNTS = (0.0, 0.15, 0.3, 0.05, 0.0, 0.25)

@@ -11,13 +11,14 @@ from heads import face_of, head_of, picture_of, seen_at
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking import head_tracking, texture_registration
-from abs_engine.tracking.head_tracking import HeadMotion
-from abs_engine.tracking.initial_pose import FaceBox, face_marks
-from abs_engine.tracking.rigid_motion import Keyframes, RigidReference, rigid_reference
+from abs_engine.tracking.detection.initial_pose import FaceBox, face_marks
+from abs_engine.tracking.frame import head_tracking
+from abs_engine.tracking.frame.head_tracking import HeadMotion
 from abs_engine.tracking.settings.detection import DETECTION
 from abs_engine.tracking.settings.registration import REGISTRATION
-from abs_engine.tracking.texture_registration import KnownHead
+from abs_engine.tracking.texture import texture_registration
+from abs_engine.tracking.texture.rigid_motion import Keyframes, RigidReference, rigid_reference
+from abs_engine.tracking.texture.texture_registration import KnownHead
 
 CAMERA = Camera.ideal((480, 360))
 SMALL = Camera.ideal((320, 240))

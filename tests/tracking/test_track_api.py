@@ -21,8 +21,8 @@ from abs_engine.optimise.base import Solution
 from abs_engine.optimise.drivers import Driver
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import loop
+from abs_engine.tracking.models.shells import BUNDLED
 from abs_engine.tracking.options import TrackOptions
-from abs_engine.tracking.shells import BUNDLED
 
 OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)
 pytestmark = pytest.mark.usefixtures("soon_ready")

@@ -13,7 +13,7 @@ from heads import seen_at
 from runs import write_kind
 
 from abs_engine.cli import main
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.runs.record import load_run
 from abs_engine.tracking.settings.stages import SETTINGS
 
 OPEN = (0.0, 0.1, 0.25, 0.35, 0.15)
@@ -164,7 +164,7 @@ def test_a_pupil_distance_that_is_none_is_refused_before_any_work(refused, video
         raise AssertionError("work was begun")
 
     monkeypatch.setattr("abs_engine.tracking.run.prepare", never)
-    monkeypatch.setattr("abs_engine.tracking.heads.load_speaker", never)
+    monkeypatch.setattr("abs_engine.tracking.models.heads.load_speaker", never)
     assert "5 mm is not a plausible pupil distance; give millimetres, 30 to 90" in refused(
         video, "--pupil-distance", "5"
     )

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from abs_engine.face.shape.predictors import Predictor
     from abs_engine.learn.articulatory import Build
     from abs_engine.report.articulation.report import Heads
-    from abs_engine.tracking.measured_looks import WrittenFace
+    from abs_engine.tracking.models.measured_looks import WrittenFace
 
 _NOTES = """\
 Articulatory parameters by guided principal components: each one is the first component of some
@@ -209,7 +209,7 @@ def _face(chosen: Chosen, built: Build, tell: Callable[[str], None]) -> WrittenF
     from abs_engine.dataset import load_camera
     from abs_engine.io.assets import load_speaker
     from abs_engine.learn.measured.face import measured_face
-    from abs_engine.tracking.measured_looks import WrittenFace, with_looks
+    from abs_engine.tracking.models.measured_looks import WrittenFace, with_looks
 
     camera = None if chosen.camera is None else load_camera(chosen.camera)
     visemes = built.corpus.visemes

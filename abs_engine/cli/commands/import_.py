@@ -46,7 +46,7 @@ def import_(chosen: Chosen) -> Done:
     from abs_engine.io.morphs import read_morphs
     from abs_engine.learn.heads.build import build_head
     from abs_engine.learn.heads.table import HeadTable, read_table
-    from abs_engine.tracking.rendered_landmarks import with_network
+    from abs_engine.tracking.landmark.rendered_landmarks import with_network
 
     table = HeadTable() if chosen.table is None else read_table(chosen.table)
     made = build_head(read_morphs(chosen.head, chosen.deltas), table)

@@ -33,8 +33,8 @@ def mouths(chosen: Chosen) -> Done:
     """Learn how mouths open in close-ups, from labelled frames."""
     check_free(chosen.output, take.FACE)
     from abs_engine.learn.opening import doubt, learn_opening
-    from abs_engine.tracking.worn import save_looks
-    from abs_engine.tracking.worn_labels import read_mouths
+    from abs_engine.tracking.models.worn import save_looks
+    from abs_engine.tracking.models.worn_labels import read_mouths
 
     with Progress("learning") as progress:
         progress.announce("reading the labelled frames")

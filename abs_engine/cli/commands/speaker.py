@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from abs_engine.io.assets import Speaker
-    from abs_engine.tracking.recordings import Recording
-    from abs_engine.tracking.speaker_learning import Learned
+    from abs_engine.tracking.runs.recordings import Recording
+    from abs_engine.tracking.speaker.speaker_learning import Learned
 
 _FEWEST, _SHORTEST = 5, 15.0  # recordings and seconds in all: the fewest that were measured
 
@@ -47,11 +47,11 @@ def speaker(chosen: Chosen) -> Done:
     check_free(chosen.output, take.FACE)
     from abs_engine.dataset import load_camera
     from abs_engine.io.assets import load_speaker
-    from abs_engine.tracking.face_choice import LARGEST
+    from abs_engine.tracking.detection.face_choice import LARGEST
     from abs_engine.tracking.options import TrackOptions
-    from abs_engine.tracking.recorded_frames import camera_used, check_colours
-    from abs_engine.tracking.recordings import check_videos, load_recording
-    from abs_engine.tracking.speaker_learning import learn_speaker, tracked
+    from abs_engine.tracking.runs.recordings import check_videos, load_recording
+    from abs_engine.tracking.speaker.recorded_frames import camera_used, check_colours
+    from abs_engine.tracking.speaker.speaker_learning import learn_speaker, tracked
 
     options = TrackOptions(
         camera=None if chosen.camera is None else load_camera(chosen.camera),
@@ -92,7 +92,7 @@ def _doubt(
     runs: dict[Path, Recording], paths: list[Path], head: Speaker, progress: Progress
 ) -> None:
     """Remark on a recording that may show another person; refuse one that does."""
-    from abs_engine.tracking.recordings import check_same, doubt_same
+    from abs_engine.tracking.runs.recordings import check_same, doubt_same
 
     recordings = [runs[path] for path in paths]
     check_same(recordings, head)

@@ -143,8 +143,8 @@ def track(chosen: Chosen) -> Done:
     info = probe(video)  # says what is wrong before anything slow is loaded
 
     from abs_engine.core.threads import begin
-    from abs_engine.tracking import beforehand
-    from abs_engine.tracking.face_choice import FaceChoice, first_look
+    from abs_engine.tracking.detection.face_choice import FaceChoice, first_look
+    from abs_engine.tracking.start import beforehand
 
     usual = chosen.model is None and chosen.preset is None and chosen.start != "blobs"
     usual &= not chosen.worn
@@ -158,9 +158,9 @@ def track(chosen: Chosen) -> Done:
 
 def _tracked(chosen: Chosen, info: VideoInfo) -> Done:
     from abs_engine.tracking.option_checks import check_options
-    from abs_engine.tracking.output import OVERLAY, SHEET
+    from abs_engine.tracking.person.scale import scale_line
     from abs_engine.tracking.run import track_video
-    from abs_engine.tracking.scale import scale_line
+    from abs_engine.tracking.runs.output import OVERLAY, SHEET
 
     options = _options(chosen)
     check_options(options, info)  # what cannot be is said before a renderer is opened

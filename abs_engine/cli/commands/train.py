@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from abs_engine.io.assets import Speaker
     from abs_engine.learn.further import Further
     from abs_engine.learn.training import Training
-    from abs_engine.tracking.lip_clips import LipRun
+    from abs_engine.tracking.speaker.lip_clips import LipRun
 
 _MOST_NAMED = 12
 NEGATIVE_LOG = "-log probability"
@@ -64,7 +64,7 @@ def train(chosen: Chosen) -> Done:
     from abs_engine.face.shape.lip_shell import cut_lip_shell
     from abs_engine.io.assets import load_speaker
     from abs_engine.learn.training import train as learn
-    from abs_engine.tracking.lip_clips import load_lip_runs
+    from abs_engine.tracking.speaker.lip_clips import load_lip_runs
 
     observations = read_observations(chosen.observations)
     speaker = load_speaker(chosen.speaker)
@@ -94,7 +94,7 @@ def _further(
     """Lessons of runs beside the dots."""
     from abs_engine.core.threads import one_thread
     from abs_engine.learn.further import train_further
-    from abs_engine.tracking.lip_clips import lip_clip
+    from abs_engine.tracking.speaker.lip_clips import lip_clip
 
     with opened(chosen.renderer) as renderer, one_thread(), Progress("learning") as progress:
         progress.announce("reading the runs")

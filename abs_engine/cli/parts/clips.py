@@ -38,7 +38,7 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
     from abs_engine.clips.many import track_many
     from abs_engine.clips.table import rows_of_others, runs_folder, timing_of_others, write_table
     from abs_engine.clips.worker import check_same_options
-    from abs_engine.tracking.output import SHEET
+    from abs_engine.tracking.runs.output import SHEET
 
     if chosen.workers is not None and chosen.scheduler is not None:
         raise ParameterError("a scheduler has workers of its own", "leave out --workers")

@@ -13,8 +13,8 @@ def check_files(options: TrackOptions) -> None:
     from abs_engine.face.appearance.colour import ColourClasses
     from abs_engine.face.shape.modal import load_physics
     from abs_engine.io.assets import load_speaker
-    from abs_engine.tracking.poses_file import read_poses
     from abs_engine.tracking.presets import resolved
+    from abs_engine.tracking.runs.poses_file import read_poses
 
     options, _ = resolved(options)  # a model's file may be the head
     if options.person is not None or options.speaker is not None:

@@ -30,12 +30,12 @@ from abs_engine.papers.basu1998.single_frames import (
     seen_shapes,
     typical_shapes,
 )
-from abs_engine.tracking.blob_start import mouth_model as head_model
-from abs_engine.tracking.blobs import find_lips
-from abs_engine.tracking.external_poses import GivenMotion
-from abs_engine.tracking.frame_state import HeadFrame, Memory
-from abs_engine.tracking.head_tracking import HeadMotion
-from abs_engine.tracking.shells import BY_BLOB
+from abs_engine.tracking.frame.blobs import find_lips
+from abs_engine.tracking.frame.external_poses import GivenMotion
+from abs_engine.tracking.frame.frame_state import HeadFrame, Memory
+from abs_engine.tracking.frame.head_tracking import HeadMotion
+from abs_engine.tracking.models.shells import BY_BLOB
+from abs_engine.tracking.start.blob_start import mouth_model as head_model
 
 OBSERVED = 0.12
 """mm of error in each coordinate of a dot: 0.21 mm in space, as in the filmed sessions."""

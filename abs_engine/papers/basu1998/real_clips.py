@@ -18,8 +18,8 @@ from abs_engine.io.assets import shipped
 from abs_engine.io.naming import made_before
 from abs_engine.papers.basu1998.motion import data_folder
 from abs_engine.tracking.options import BLOBS, TrackOptions
-from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run import track_video
+from abs_engine.tracking.runs.record import load_run
 
 SPIKE_MM = 4.0
 FOLDER = "grid"

@@ -32,13 +32,13 @@ from abs_engine.fit.view import View
 from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.by_nlopt import Simplex
-from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.external_poses import GivenMotion
-from abs_engine.tracking.frame_journal import FrameJournal, fingerprint
-from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory, Motion
+from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
+from abs_engine.tracking.frame.external_poses import GivenMotion
+from abs_engine.tracking.frame.frame_state import Follower, HeadFrame, Memory, Motion
+from abs_engine.tracking.frame.mouth_landmarks import MouthLandmarks
+from abs_engine.tracking.frame.shell_frame import ShellBinder
 from abs_engine.tracking.loop import track
-from abs_engine.tracking.mouth_landmarks import MouthLandmarks
-from abs_engine.tracking.shell_frame import ShellBinder
+from abs_engine.tracking.results.frame_journal import FrameJournal, fingerprint
 
 STARTS = 48
 TRIED = 4

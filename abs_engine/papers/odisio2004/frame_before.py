@@ -12,8 +12,8 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import at_base, parted
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Again
-from abs_engine.tracking.clip_setting import UNEXPLAINED, Work
-from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory, Motion
+from abs_engine.tracking.frame.clip_setting import UNEXPLAINED, Work
+from abs_engine.tracking.frame.frame_state import Follower, HeadFrame, Memory, Motion
 
 SPEEDS = (0.0, 0.5, 1.0)
 """Shares of the last movement that are tried for the next one."""

@@ -9,10 +9,10 @@ from abs_engine.core.scene import Renderer
 from abs_engine.papers.odisio2004.frame_before import FrameBefore
 from abs_engine.papers.odisio2004.sequence import AS_PRINTED, Settings, clip_setting
 from abs_engine.tracking.model_entry import Model
+from abs_engine.tracking.models.talking_faces import check_talker, found_talker
 from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.presets import Preset
 from abs_engine.tracking.settings.frames import FRAME_LOOP
-from abs_engine.tracking.talking_faces import check_talker, found_talker
 
 APPEARANCE = {"texture": "tex_lin", "local": "la_lin"}
 SEARCHES = {"simplex": AS_PRINTED, "axes": Settings()}
@@ -50,7 +50,7 @@ def prepare(
     ParameterError
         If more than one appearance model, or another driver, is asked for.
     AbsEngineError
-        As `tracking.talking_faces.found_talker`.
+        As `tracking.models.talking_faces.found_talker`.
     """
     appearance, search = _chosen(leaves)
     talker = found_talker(clip, options, leaves, renderer, tell)

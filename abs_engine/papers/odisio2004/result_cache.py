@@ -17,7 +17,7 @@ from abs_engine.io.files import unwritable
 from abs_engine.io.naming import settle
 from abs_engine.io.npz import read_npz
 from abs_engine.papers.odisio2004.sequence import Settings, Tracked
-from abs_engine.tracking.frame_journal import fingerprint
+from abs_engine.tracking.results.frame_journal import fingerprint
 
 FORMAT, VERSION = "abs_engine.tracked", 1
 _DIGITS = 12

@@ -23,10 +23,10 @@ from abs_engine.fit.talking import talking_problem
 from abs_engine.optimise.axes import AxesSimplex
 from abs_engine.optimise.by_nlopt import Simplex
 from abs_engine.papers.odisio2004.frame_before import FrameBefore, TalkBinder
-from abs_engine.tracking.clip_setting import AGAIN, ClipSetting, FrameResult
-from abs_engine.tracking.frame_journal import FrameJournal, fingerprint
+from abs_engine.tracking.frame.clip_setting import AGAIN, ClipSetting, FrameResult
 from abs_engine.tracking.loop import at_rest
 from abs_engine.tracking.loop import track as track_frames
+from abs_engine.tracking.results.frame_journal import FrameJournal, fingerprint
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,8 @@ def track(
     name : str
         Of the appearance model, of `face.talking.MODELS`.
     pose : Pose
-        Head to camera in the first frame, about; from `tracking.head_tracking.HeadMotion` or given.
+        Head to camera in the first frame, about; given, or from
+        `tracking.frame.head_tracking.HeadMotion`.
     alpha : (P,) float64
         Posture in the first frame, about.
     postures : (V, P) float64, optional

@@ -35,9 +35,9 @@ from abs_engine.papers.odisio2004.visemes import Speech
 from abs_engine.studio.appearance.look import Light, Look
 from abs_engine.studio.french import Sentence
 from abs_engine.studio.make import Crew, Order, make
-from abs_engine.tracking.landmark_correspondence import Correspondence
-from abs_engine.tracking.measured_looks import pose_by_landmarks
-from abs_engine.tracking.rendered_landmarks import correspondence_of
+from abs_engine.tracking.landmark.landmark_correspondence import Correspondence
+from abs_engine.tracking.landmark.rendered_landmarks import correspondence_of
+from abs_engine.tracking.models.measured_looks import pose_by_landmarks
 
 SAME, OTHER = "as training", "otherwise"
 """Tests: filmed as the training pictures were; with another camera and light, and more motion."""

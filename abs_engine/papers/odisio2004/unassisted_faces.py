@@ -25,7 +25,7 @@ from abs_engine.papers.odisio2004.gathered import Report
 from abs_engine.papers.odisio2004.reproduce import FACE
 from abs_engine.papers.odisio2004.tracked_beads import tracked_corpus
 from abs_engine.papers.odisio2004.visemes import Speech
-from abs_engine.tracking.measured_looks import with_looks
+from abs_engine.tracking.models.measured_looks import with_looks
 
 GIVEN, MEASURED, TRACKED = "given", "measured", "tracked beads"
 """Faces: of the true head and the true poses of its pictures; of points with drawn errors, poses

@@ -19,7 +19,7 @@ from abs_engine.report.drawing.wire import draw_wire, quad_edges
 from abs_engine.report.inspect.body import Body, coat, unknown
 from abs_engine.report.inspect.runs import RunHead
 from abs_engine.report.inspect.sources import frame_caption
-from abs_engine.tracking.contours import LOWER, OUTER, UPPER
+from abs_engine.tracking.results.contours import LOWER, OUTER, UPPER
 
 STYLES = ("wireframe", "contour", "blend")
 OUTLINE: Colour = (255, 255, 255)

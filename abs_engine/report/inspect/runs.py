@@ -20,9 +20,9 @@ from abs_engine.io.assets import Speaker
 from abs_engine.io.video import read_frames
 from abs_engine.report.drawing.view import View
 from abs_engine.report.inspect.body import Body
-from abs_engine.tracking.frame_times import evenly_spaced
-from abs_engine.tracking.record import camera_of, load_whole_run
-from abs_engine.tracking.run_mesh import RunMesh
+from abs_engine.tracking.frame.frame_times import evenly_spaced
+from abs_engine.tracking.results.run_mesh import RunMesh
+from abs_engine.tracking.runs.record import camera_of, load_whole_run
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class RunHead:
     Parameters
     ----------
     arrays : dict
-        See `abs_engine.tracking.record.Record`.
+        See `abs_engine.tracking.runs.record.Record`.
     """
 
     folder: Path

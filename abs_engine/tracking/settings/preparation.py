@@ -99,7 +99,7 @@ class PreparationSettings:
         edges of parted lips lie 0.7 and 0.4, 0.7 and 0.3, 0.6 and 0.2 mm too low, outer ones are
         alike, and median r of apertures with the gap that was read is 0.979, 0.980 and 0.980 (in
         p09 to p16 0.970, 0.983 and 0.983). With 0.7 closed lips came out parted in a film whose
-        light falls (`tests/tracking/test_light.py`).
+        light falls (`tests/tracking/detection/test_light.py`).
     placed_opening : float, mm
         From where lips meet, how far a mouth may be open that is drawn closed. Not measured.
     placed_inside : float, share of where lips are drawn

@@ -1,0 +1,1 @@
+"""A frame that is followed: its pose, whether its mouth is seen, the problem that is solved."""

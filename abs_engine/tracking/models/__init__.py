@@ -1,0 +1,1 @@
+"""Models that a clip can be tracked with, prepared for it."""

@@ -1,0 +1,79 @@
+"""A second opinion on a mouth that is drawn, for heads that are placed without landmarks.
+
+A head that is followed by its texture or by the lips' colour may lie beside the face and explain
+much of the picture there, as cheeks explain cheeks. Some frames are shown to the landmark network.
+
+So are those of learned lips, wherever the head is placed: landmarks are fitted by the lips' own
+modes there, and where these cannot open, neither measure is of an open mouth.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.fit.opening import NAME as OPENING
+from abs_engine.tracking.detection.face_choice import faces_seen
+from abs_engine.tracking.detection.landmarks import OUTER_RING, Landmarks
+from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
+from abs_engine.tracking.results.run_table import closed_frames
+from abs_engine.tracking.results.run_warnings import mouth_otherwise, never_open
+from abs_engine.tracking.settings.frames import FRAME_LOOP
+
+
+class MouthCheck:
+    """Compares drawn mouths with those that a landmark network sees, in some frames of a clip.
+
+    Parameters
+    ----------
+    setting : ClipSetting
+        Of a head that landmarks place, only frames in which learned lips are drawn closed are
+        looked at; of a mouth in a close-up, none.
+    """
+
+    def __init__(self, setting: ClipSetting) -> None:
+        self._setting = setting
+        self._placed = setting.landmarks is not None
+        asked = setting.learned_lips or not self._placed
+        self._asked = asked and OPENING not in setting.face.appearance
+        self._next, self._step = 0, max(1, round(FRAME_LOOP.look_apart * setting.rate))
+        self._elsewhere: list[bool] = []
+        self._looks = self._shut = 0
+
+    def add(self, image: Image, result: FrameResult) -> None:
+        """Look at the next frame (H, W, 3) RGB, or leave it out."""
+        pose, setting = result.pose, self._setting
+        if not self._asked or not result.found or pose is None:
+            return
+        shut = bool(closed_frames(result.aperture))
+        if result.index < self._next or (self._placed and not shut):
+            return
+        self._next = result.index + self._step
+        seen = [marks for _, marks in faces_seen(image)]
+        self._looks += 1
+        if self._looks % FRAME_LOOP.looks == 0:  # a long clip is looked at less often
+            self._step *= 2
+        if seen:
+            drawn = setting.camera.project(pose.apply(result.lips[: setting.face.ring_sizes[0]]))
+            self._elsewhere.append(not self._placed and all(_elsewhere(drawn, k) for k in seen))
+            parted = all(one.openness > FRAME_LOOP.parted for one in seen)
+            self._shut += parted and shut
+
+    def warnings(self) -> list[str]:
+        """Those of mouths that lie elsewhere, or are closed and seen open, in too many frames."""
+        elsewhere, seen = sum(self._elsewhere), len(self._elsewhere)
+        if self._placed:
+            return never_open(self._shut, seen, self._looks)
+        return mouth_otherwise(elsewhere, self._shut, seen, self._looks)
+
+
+def _elsewhere(drawn: FloatArray, seen: Landmarks) -> bool:
+    """Whether a drawn outer contour (N, 2), px, is not that of a face's mouth."""
+    low, high = drawn.min(axis=0), drawn.max(axis=0)
+    ring = seen.pixels[OUTER_RING]
+    least, most = ring.min(axis=0), ring.max(axis=0)
+    face = float(np.ptp(seen.pixels @ seen.axes[1]))
+    away = float(np.linalg.norm(low + high - least - most)) / 2
+    across = float(np.linalg.norm(high - low) / np.linalg.norm(most - least))
+    narrow, wide = FRAME_LOOP.mouth_sizes
+    return away > FRAME_LOOP.mouth_away * face or not narrow < across < wide

@@ -1,0 +1,370 @@
+"""Warnings about a run: in its summary, and printed."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.arrays import BoolArray, IntArray
+from abs_engine.core.words import counted, each_counted
+from abs_engine.face.appearance.colour import shows_lips
+from abs_engine.face.appearance.exposure import USUAL, Exposure
+from abs_engine.tracking.detection.face_detection import Face
+from abs_engine.tracking.frame.blob_visibility import COVERED
+from abs_engine.tracking.frame.clip_setting import GREY
+from abs_engine.tracking.settings.frames import FRAME_LOOP
+
+NO_COLOUR = (
+    "the video has no colour, so skin, lips and teeth are distinguished by brightness alone; "
+    "results are less exact"
+)
+SOME_GREY = (
+    "{} of {} have no colour, while the others do: there landmarks alone are reported, and the "
+    "result is less exact; give the clip as it was filmed"
+)
+TOO_DARK = (
+    "the face is too dark for its colours to be seen, so skin, lips and teeth are distinguished by "
+    "brightness alone; results are less exact"
+)
+BURNT_OUT = (
+    "{:.0%} of the face is overexposed: lips, teeth and skin merge in white, and parted lips may "
+    "come out closed; look at the overlay before you use it"
+)
+
+NO_LIPS = (
+    "no lips can be distinguished from what is around them (separability: {}): if a mask or a hand "
+    "hides the mouth throughout, the lips are invented; look at the overlay"
+)
+SAME_COLOUR = (
+    "lips and skin have nearly the same colour here (separability: {}); the result rests more on "
+    "landmarks and the prior"
+)
+
+LITTLE = "the drawn mouth explains only {:.0%} of the picture around it: look at the overlay"
+PARTLY = (
+    "in {} of {}, between {} and {}, the drawn mouth explains less of the picture than in most: "
+    "text, a hand or the like may lie over the lips, or they are blurred; there aperture_sd is "
+    "larger; look at the overlay"
+)
+GIVEN_COLOURS = (
+    "the colours are another run's: leave them out unless they are of this person in this light"
+)
+FACE_COLOURS = (
+    "colours come from the recordings that the face was learned from; in another light, give "
+    "--colours from a run in that light"
+)
+UNCOVERED = (
+    "in the light of --colours it is not known how this mouth usually looks: none counts as covered"
+)
+OTHER_HEAD = (
+    "the head in this video does not match the learned face (landmarks lie {:.1f} standard "
+    "deviations off, its own speaker's less than {:.1f}): is it the same speaker?"
+)
+OTHERS = "the face explains only {:.0%} of the picture: is it this speaker's?"
+OTHER_TALKER = (
+    "the talking face explains only {:.0%} of the picture: if it is another person's, or was "
+    "learned in other light, track without --model and --preset"
+)
+ELSEWHERE = (
+    "in {} of {} in which a landmark network sees the mouth, it is drawn {}: look at the overlay; "
+    "without --preset, --model, --start and --person, landmarks place the head"
+)
+NEVER_OPEN = (
+    "in {} of {} that were looked at, of those in which the mouth is drawn closed, a landmark "
+    "network sees it open: look at the overlay; the learned lips may be unable to open as this "
+    "mouth does; track without them (--physics, --model, --preset)"
+)
+SMALL_MOUTH = (
+    "the mouth is only {} wide in the picture: below {:.0f} its openings are hardly followed; give "
+    "the video at its full size, or film from nearer"
+)
+CLOSE_UP = (
+    "the face reaches far beyond the picture: a close-up of the mouth, by a camera that is worn, "
+    "is for --worn"
+)
+NO_EYES = (
+    "the eyes are outside of the picture: how large the head is follows from the rest of the face, "
+    "and all lengths may be off by about {:.0%}; film the whole face"
+)
+STRETCHED = (
+    "the face is much {} for its height than most: if the video was stretched, as where 4:3 is "
+    "shown as 16:9, widths and apertures are off; give it with its right proportions"
+)
+OTHER_TIMES = (
+    "{} could be read, but the file gives times of {}: the times in the results follow from the "
+    "mean rate, and may be off; convert the video, for example with ffmpeg"
+)
+LARGER = (
+    "a face that is larger than the one that is followed ({:.0f} pixels, not {:.0f}) is seen from "
+    "frame {} on, there about {:.0f} {:.0f}, in {} of {} that were looked at: if you mean that "
+    "one, cut the video so that it begins there"
+)
+ANOTHER = (
+    "in {} of {} that were looked at, of those in which the face that is followed is not found, "
+    "another is seen, first in frame {} about {:.0f} {:.0f}: if it is the same person's, or the "
+    "one that you mean, cut the video there, and track each part"
+)
+UNLIKE_SHOT = (
+    "no frame of the shot from {} to {} is tracked, as its mouth looks unlike that of the other "
+    "shots: it may be another person's, or in another light; track that shot by itself"
+)
+ALL_CLOSED = (
+    "the lips are closed in all {} that were tracked: if the person speaks there, look at the "
+    "overlay before you use it"
+)
+
+
+def other_head(misfit: float) -> tuple[str, ...]:
+    """Warning that a speaker's face is not that of the person in the clip, if it is not.
+
+    The misfit, in standard deviations, is that of landmarks from its head: see `speakers.misfit`.
+    """
+    most = FRAME_LOOP.most_speaker_misfit
+    return (OTHER_HEAD.format(misfit, most),) if misfit > most else ()
+
+
+def no_eyes(uncertainty: float) -> str:
+    """Warning that the scale was found without the eyes, and its standard deviation, a share."""
+    return NO_EYES.format(uncertainty)
+
+
+def stretched(proportion: float) -> tuple[str, ...]:
+    """Warning that a video may have been stretched, by the proportion of the face that was fitted.
+
+    See `scale.proportion`.
+    """
+    narrowest, widest = FRAME_LOOP.face_proportions
+    if narrowest <= proportion <= widest:
+        return ()
+    return (STRETCHED.format("narrower" if proportion < narrowest else "wider"),)
+
+
+def reasons_lost(found: NDArray[np.bool_], status: NDArray[np.str_]) -> dict[str, int]:
+    """Reasons why frames (T,) were lost, and how many were for each, the commonest first."""
+    return dict(Counter(status[~found].tolist()).most_common())
+
+
+def mostly_lost(found: NDArray[np.bool_], status: NDArray[np.str_]) -> list[str]:
+    """Warning that most frames (T,) were lost, and why, the commonest reason first."""
+    lost = len(found) - int(found.sum())
+    if lost <= FRAME_LOOP.most_lost * len(found):
+        return []
+    why = each_counted(reasons_lost(found, status))
+    many = (
+        "no frame was tracked"
+        if lost == len(found)
+        else f"only {len(found) - lost} of {counted(len(found), 'frame')} were tracked"
+    )
+    return [f"{many} ({why}): look at the overlay"]
+
+
+def little_explained(source: str, score: float | None) -> list[str]:
+    """Warning that the run explains too little of the picture, if it does.
+
+    The score is the mean, None where it is not known; the source is what scores are of, such as
+    colour: see ``score_of`` in ``run.json``.
+    """
+    if score is None:
+        return []
+    if source in ("colour", "talking: colour") and score < FRAME_LOOP.least_score:
+        return [LITTLE.format(score)]
+    if source in ("texture", "local") and score < FRAME_LOOP.least_face_score:
+        return [OTHERS.format(score)]
+    talking = source in ("talking: texture", "talking: local")
+    if talking and score < FRAME_LOOP.least_talking_score:
+        return [OTHER_TALKER.format(score)]
+    return []
+
+
+def mouth_otherwise(elsewhere: int, shut: int, seen: int, looked_at: int) -> list[str]:
+    """Warnings that mouths are drawn otherwise than they are seen in some frames, if they are.
+
+    The counts are of frames in which one lies beside the face's, in which it is closed and seen
+    open, in which a face is seen, and of all. Where hardly one is seen, nothing is known.
+    """
+    if 2 * seen < looked_at:
+        return []
+    frames, told = counted(seen, "frame"), []
+    if elsewhere > FRAME_LOOP.most_elsewhere * seen:
+        told.append(ELSEWHERE.format(elsewhere, frames, "elsewhere"))
+    if _many(shut, seen):
+        told.append(ELSEWHERE.format(shut, frames, "closed, and seen open"))
+    return told
+
+
+def never_open(shut: int, seen: int, looked_at: int) -> list[str]:
+    """Warning that learned lips are drawn closed where the mouth is seen open, if they are.
+
+    The counts are of frames, all with lips drawn closed: in which they are seen open, in which a
+    face is seen, and of all that were looked at.
+    """
+    if 2 * seen < looked_at or not _many(shut, seen):
+        return []
+    return [NEVER_OPEN.format(shut, counted(seen, "frame"))]
+
+
+def _many(shut: int, seen: int) -> bool:
+    """Whether so many frames, of those in which a face is seen, are no chance."""
+    return shut > max(1.0, FRAME_LOOP.most_contradicted * seen)
+
+
+def larger_face(seen: Sequence[tuple[int, Face, float]], looks: int) -> list[str]:
+    """Warning that a larger face than the followed one is seen, if it is in several looks.
+
+    Each sighting is a frame, the face, and how large the followed one is there, px.
+    """
+    if len(seen) < 2 or len(seen) < FRAME_LOOP.most_others * looks:
+        return []
+    first, face, own = seen[0]
+    frames = counted(looks, "frame")
+    return [LARGER.format(face.size, own, first, *face.centre, len(seen), frames)]
+
+
+def only_another(seen: Sequence[tuple[int, Face]], looks: int) -> list[str]:
+    """Warning that a face is seen where the followed one is not found, if in several looks.
+
+    Each sighting is a frame and the face; the looks are those without the followed one.
+    """
+    if len(seen) < 2 or len(seen) < FRAME_LOOP.most_others * looks:
+        return []
+    (first, face), frames = seen[0], counted(looks, "frame")
+    return [ANOTHER.format(len(seen), frames, first, *face.centre)]
+
+
+def unlike_shots(
+    found: BoolArray, status: NDArray[np.str_], cut: BoolArray, index: IntArray
+) -> list[str]:
+    """Warnings of shots in which each frame counts as covered, while others are tracked.
+
+    All are of frames (T,); `cut` says which of them begin another shot, `index` their numbers.
+    """
+    ends = [0, *np.flatnonzero(cut).tolist(), len(found)]
+    shots = [slice(a, b) for a, b in pairwise(ends) if b - a >= FRAME_LOOP.fewest]
+    unlike = [s for s in shots if found.any() and (status[s] == COVERED).all()]
+    return [UNLIKE_SHOT.format(*index[s][[0, -1]]) for s in unlike]
+
+
+def all_closed(closed: NDArray[np.bool_], time: NDArray[np.float64]) -> list[str]:
+    """Warning that lips are closed in every tracked frame (N,) of some seconds, if they are."""
+    if not (len(closed) and closed.all() and np.ptp(time) > FRAME_LOOP.longest_closed):
+        return []
+    return [ALL_CLOSED.format(counted(len(closed), "frame"))]
+
+
+def untimed(count: int, times: int) -> list[str]:
+    """Warning that a video's times are of another number of frames than were read, if they are.
+
+    `times` is 0 where the file gives none.
+    """
+    if not times or count == times:
+        return []
+    return [OTHER_TIMES.format(counted(count, "frame"), f"{times:,}")]
+
+
+def without_colour(status: NDArray[np.str_]) -> list[str]:
+    """Warning that some frames (T,) have no colour, while the clip has, if some do."""
+    grey = int(np.count_nonzero(status == GREY))
+    return [SOME_GREY.format(grey, counted(len(status), "frame"))] if grey else []
+
+
+def partly_explained(less: BoolArray, index: IntArray) -> list[str]:
+    """Warning that some tracked frames are explained less than most, if more than a few are.
+
+    `less` (N,) says which of them, `index` (N,) their numbers in the video.
+    """
+    if not less.any() or less.mean() <= FRAME_LOOP.most_less_explained:
+        return []
+    first, last = index[less][[0, -1]]
+    frames = counted(len(less), "frame")
+    return [PARTLY.format(int(less.sum()), frames, first, last)]
+
+
+def small_mouth(width: float) -> list[str]:
+    """Warning that the tracked mouth is too small, if it is.
+
+    The width, px, is that of the median frame; NaN without any.
+    """
+    if not width < FRAME_LOOP.least_mouth:
+        return []
+    return [SMALL_MOUTH.format(f"{width:.1f} pixels", FRAME_LOOP.least_mouth)]
+
+
+def close_up(pixel: float, size: tuple[int, int]) -> list[str]:
+    """Warning that a picture of some size, px, shows a part of the face alone, if it does.
+
+    `pixel` is how many mm one covers of the face in the median frame; NaN without any.
+    """
+    high, (width, height) = FRAME_LOOP.face_height / pixel, size
+    share = max(high / height, FRAME_LOOP.face_width * high / width)
+    return [CLOSE_UP] if share > FRAME_LOOP.most_face else []
+
+
+def disagreement(aperture: float, deviation: float, by_landmarks: float) -> float:
+    """Distance of an aperture from that of the landmarks, in their joint standard deviations.
+
+    All are in mm: as found, its standard deviation, and by the landmarks alone; NaN where not
+    known.
+    """
+    unsure = FRAME_LOOP.landmark_unsure
+    own = unsure if math.isnan(deviation) else deviation
+    spread = math.hypot(own, unsure, FRAME_LOOP.landmark_share * by_landmarks)
+    return abs(aperture - by_landmarks) / spread
+
+
+def doubts(
+    against: NDArray[np.bool_],
+    held: NDArray[np.bool_],
+    separability: Mapping[str, float],
+    agreement: float = 1.0,
+    chromatic: bool = True,
+    exposure: Exposure = USUAL,
+    small: bool = False,
+) -> list[str]:
+    """Doubts that a user should know before believing a run, a line each.
+
+    Parameters
+    ----------
+    against : (T,) bool
+        Frames that landmarks contradict, see `FrameResult.contradicted`.
+    held : (T,) bool
+        Frames that were held to the landmarks.
+    separability : mapping of str to float
+        See `ColourClasses`.
+    agreement : float
+        See `ColourClasses`.
+    chromatic : bool
+        Whether the video is in colour.
+    exposure : Exposure
+        Of the face.
+    small : bool
+        Whether the mouth is so small that colours need not agree with landmarks.
+    """
+    lines = [] if chromatic else [TOO_DARK if exposure.dark else NO_COLOUR]
+    if exposure.burnt:
+        lines.append(BURNT_OUT.format(exposure.saturated))
+    if separability and np.mean(list(separability.values())) < FRAME_LOOP.least_separability:
+        told = ", ".join(f"{k.replace('_', ' ')} {v:.0%}" for k, v in separability.items())
+        lines.append((SAME_COLOUR if shows_lips(separability) else NO_LIPS).format(told))
+    if agreement < FRAME_LOOP.least_agreement and not small:
+        lines.append(
+            f"by colours alone the mouth opens {max(agreement, 0.0):.0%} as far as by landmarks: "
+            "teeth or tongue may be taken for lips. So colours count less, and aperture_sd is "
+            "larger; look at the overlay before you use it"
+        )
+    if len(against) >= FRAME_LOOP.fewest and against.mean() > FRAME_LOOP.most_contradicted:
+        lines.append(
+            f"in {against.mean():.0%} of the frames the mouth is open farther, or less, than "
+            "landmarks say, by more than either may be off: look at the overlay before you use it"
+        )
+    share = float(np.mean(held)) if len(held) else 0.0
+    if share > FRAME_LOOP.most_held:
+        lines.append(
+            f"in {share:.0%} of the frames what is drawn led off the lips; there landmarks alone "
+            "are reported"
+        )
+    return lines

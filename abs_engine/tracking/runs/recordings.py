@@ -1,0 +1,293 @@
+"""Recordings of one person that were tracked: which of their frames are good to learn from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.arrays import BoolArray, FloatArray, evenly
+from abs_engine.core.errors import (
+    InputFileError,
+    ModelFormatError,
+    OtherPersonError,
+    ParameterError,
+    TooFewFramesError,
+)
+from abs_engine.core.geometry import Pose, rotations
+from abs_engine.core.words import counted
+from abs_engine.dataset.sums import check_distinct, digest
+from abs_engine.fit.opening import NAME as OPENING
+from abs_engine.io.assets import Speaker
+from abs_engine.io.video import probe
+from abs_engine.learn.settings import LEARNING
+from abs_engine.tracking.detection.face_choice import LARGEST, FaceChoice
+from abs_engine.tracking.detection.initial_pose import FaceBox
+from abs_engine.tracking.runs.record import SUMMARY, Record, camera_of, load_whole_run
+from abs_engine.tracking.results.run_table import sure_frames
+from abs_engine.tracking.person.scale import USUAL_PUPILS, Scale
+from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.runs.stated_settings import stated_settings
+
+Arrays = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A video and what was tracked in it.
+
+    Parameters
+    ----------
+    path : Path
+        What was given: the video, or the folder of its run.
+    video : Path
+    run : dict of str to array
+        As ``results.npz`` has them.
+    head : (V, 3) float32, mm
+        The person's whole head by this video alone, in the mean posture of what tracked it.
+    postures : (T, P) float64
+        NaN in lost frames.
+    pupils : float, mm
+        Distance of the pupils that the head's size rests on; see `Scale`.
+    choice : FaceChoice
+        The face that was tracked.
+    remarks : tuple of str
+        What a user should know of a video that was just tracked: several faces, cuts, warnings.
+    rest : (V, 3) float32, mm, or None
+        The head without expression; None in runs of earlier versions.
+    """
+
+    path: Path
+    video: Path
+    run: Arrays
+    head: NDArray[np.float32]
+    postures: FloatArray
+    pupils: float
+    choice: FaceChoice = LARGEST
+    remarks: tuple[str, ...] = ()
+    rest: NDArray[np.float32] | None = None
+
+    @classmethod
+    def of(cls, path: Path, video: Path, record: Record, scale: Scale) -> Recording:
+        """Recording of the clip that was just tracked; its face is the largest."""
+        mesh, arrays = record.mesh, record.copied().arrays
+        return cls(path, video, arrays, mesh.mean, mesh.weights, scale.pupils, rest=mesh.rest)
+
+    def again(self, record: Record, scale: Scale) -> Recording:
+        """The same recording, tracked another time."""
+        return replace(self.of(self.path, self.video, record, scale), choice=self.choice)
+
+    def choice_from(self, first: int) -> FaceChoice:
+        """Its face, for those who read the video from frame `first` on.
+
+        Numbers and boxes hold for the first frame; later, the face is where its mouth was tracked.
+        """
+        if first == 0 or self.choice == LARGEST:
+            return self.choice
+        box = mouth_box(self.run, first)
+        return self.choice if box is None else FaceChoice(box=box)
+
+    @property
+    def count(self) -> int:
+        """Number of frames."""
+        return len(self.run["index"])
+
+    @property
+    def first_left_out(self) -> int:
+        """Number of the first frame that is not learned from."""
+        return max(1, round((1 - LEARNING.left_out) * self.count))
+
+    @property
+    def usable(self) -> BoolArray:
+        """Frames (T,) to learn from: the mouth found and seen, and nothing throws doubt on it."""
+        sure = sure_frames(self.run) & (self.run["status"] == "converged")
+        return np.asarray(sure & (np.arange(self.count) < self.first_left_out))
+
+    def spread(self, count: int) -> NDArray[np.intp]:
+        """So many usable frames, spread over how open and how wide the mouth is.
+
+        Every other one is taken by the rank of its aperture, the others by that of its width.
+        """
+        at, chosen = np.flatnonzero(self.usable), np.zeros(0, np.intp)
+        for k, name in enumerate(("aperture", "width")):
+            left = np.setdiff1d(at, chosen)
+            order = left[np.argsort(self.run[name][left], kind="stable")]
+            chosen = np.r_[chosen, order[evenly(len(order), (count + 1 - k) // 2)]]
+        return np.unique(chosen)
+
+
+def load_recording(folder: Path, speaker: Speaker) -> Recording:
+    """A run of a head, and its video: where it was, beside the run, or where the command was typed.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        If the run cannot be read, is of an earlier version, of another head, or of a camera that is
+        worn before the mouth, or its video is not there or has changed.
+    """
+    run, mesh = load_whole_run(folder, speaker, needs=("covered", "contradicted"))
+    if OPENING in run.get("term_names", ()):
+        raise InputFileError(
+            f"{folder} was tracked with --worn", "give recordings that show the whole face"
+        )
+    try:
+        told = stated_settings(folder)
+        choice = _choice(told, run)
+        name, known = str(told["video"]), str(told["video_sha256"])
+        stored, pupils = str(told.get("video_path", name)), float(told["scale"]["pupils"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ModelFormatError(
+            f"{folder / SUMMARY} does not state its video, its face or its scale",
+            "track the video again",
+        ) from error
+    there = [p for p in (folder / stored, folder.parent / name, Path(name)) if p.is_file()]
+    video = next((p for p in there if digest(p) == known), None)
+    if video is not None:
+        return Recording(
+            folder, video, run, mesh.mean, mesh.weights, pupils, choice, rest=mesh.rest
+        )  # fmt: skip
+    if there:
+        raise InputFileError(
+            f"{name}, the video of {folder}, has changed since it was tracked",
+            "track it again, or give the video in place of the run",
+        )
+    raise InputFileError(
+        f"{name}, the video of {folder}, is not there",
+        "put it beside the run or into this folder, or give the video in place of the run",
+    )
+
+
+def _choice(told: Mapping[str, Any], run: Arrays) -> FaceChoice:
+    """The face of a run by its settings; where poses were given, the one that they placed."""
+    if told.get("poses", "estimated") != "estimated":
+        return FaceChoice(box=mouth_box(run, 0))
+    number, mouth = told.get("face"), told.get("mouth")
+    if number is not None and int(number) < 1:
+        raise ValueError("faces are counted from 1")
+    return FaceChoice.asked(
+        None if number is None else int(number),
+        None if mouth is None else [float(side) for side in mouth],
+    )
+
+
+def mouth_box(run: Arrays, first: int) -> FaceBox | None:
+    """Box of the face whose mouth was tracked in frame `first` of a run, or next after it.
+
+    None if no later frame was tracked, or the run has no camera.
+    """
+    there = first + np.flatnonzero(run["found"][first:])
+    if not len(there) or "camera_matrix" not in run:
+        return None
+    lips = pose_in(run, there[0]).apply(run["lip_points"][there[0]])
+    return FaceBox.around_lips(camera_of(run).project(lips))
+
+
+def pose_in(run: Arrays, frame: int) -> Pose:
+    """Pose of the head in a frame of a run, head to camera."""
+    return Pose(rotations(run["rotation"][frame][None])[0], run["translation"][frame])
+
+
+def check_variety(recordings: Sequence[Recording]) -> None:
+    """Raise `TooFewFramesError` unless the frames to learn from show the mouth open and closed."""
+    aperture = np.concatenate([one.run["aperture"][one.usable] for one in recordings])
+    count = len(aperture)
+    lacks = [
+        what
+        for what, shown in (
+            ("open mouth", (aperture > FRAME_LOOP.speaker_open).any()),
+            ("closed mouth", (aperture < FRAME_LOOP.speaker_closed).any()),
+        )
+        if not shown
+    ]
+    if lacks:
+        raise TooFewFramesError(
+            f"no {lacks[0]} in {counted(count, 'frame')} that can be learned from",
+            "give longer recordings of the person speaking",
+        )
+
+
+def check_same(recordings: Sequence[Recording], speaker: Speaker) -> None:
+    """Raise `OtherPersonError` if a recording's head is not the others'.
+
+    Heads are compared at the size that the usual pupil distance gives them. Of three or more, the
+    one farthest from the median of all is named; of two, both.
+    """
+    away = _apart(_sized(recordings, speaker))
+    worst = int(np.argmax(away))
+    if away[worst] <= FRAME_LOOP.same_speaker:
+        return
+    who = f"{recordings[worst].path} does not show the same person as the others"
+    if len(recordings) < 3:
+        who = f"{recordings[0].path} and {recordings[1].path} do not show the same person"
+    raise OtherPersonError(
+        f"{who}: the head differs by {away[worst]:.1f} mm", "leave it out, or learn a face of each"
+    )
+
+
+def doubt_same(recordings: Sequence[Recording], speaker: Speaker) -> tuple[int, str] | None:
+    """A warning, with the recording it is of, if a head may be another person's; else none.
+
+    What height and depth of the face change alike is left out, as recordings from the front leave
+    it open.
+    """
+    heads = _sized(recordings, speaker)
+    usual = speaker.vertices[speaker.points["face"]].astype(np.float64)
+    basis = np.linalg.qr((usual - usual.mean(axis=0))[:, 1:])[0]
+    heads[..., 1:] -= basis @ (basis.T @ heads[..., 1:])
+    away = _apart(heads)
+    worst = len(heads) - 1 if len(heads) < 3 else int(np.argmax(away))
+    if away[worst] <= FRAME_LOOP.doubted_speaker:
+        return None
+    others = recordings[0].path.name if len(heads) < 3 else "the others"
+    return worst, (
+        f"warning: may not show the same person as {others}: the shape of the face differs by "
+        f"{away[worst]:.1f} mm; look at it, and leave it out if it does not"
+    )
+
+
+def _sized(recordings: Sequence[Recording], speaker: Speaker) -> FloatArray:
+    """Centred faces (N, K, 3), mm, at the size that the usual pupil distance gives them.
+
+    Without expression if all say how they are then, as models differ in their mean posture.
+    """
+    at = speaker.points["face"]
+    rests = [one.rest for one in recordings if one.rest is not None]
+    heads = rests if len(rests) == len(recordings) else [one.head for one in recordings]
+    sizes = [USUAL_PUPILS / one.pupils for one in recordings]
+    faces = np.stack(
+        [h[at].astype(np.float64) * size for h, size in zip(heads, sizes, strict=True)]
+    )
+    return np.asarray(faces - faces.mean(axis=1, keepdims=True))
+
+
+def _apart(faces: FloatArray) -> FloatArray:
+    """RMS distance (N,) of faces (N, K, 3) from the median of all; of two, from each other."""
+    away = np.sqrt(((faces - np.median(faces, axis=0)) ** 2).sum(axis=2).mean(axis=1))
+    times = 2.0 if len(faces) < 3 else 1.0  # two lie half-way from the median
+    return np.asarray(times * away)
+
+
+def check_videos(videos: Sequence[tuple[Path, Path]]) -> tuple[int, int]:
+    """The one size (width, height) of videos that a face can be learned from.
+
+    Each is what was given, and the video of it.
+
+    Raises
+    ------
+    ParameterError
+        If they are of several sizes, or one comes twice.
+    """
+    sizes = [probe(video).size for _, video in videos]
+    (_, first), size = videos[0], sizes[0]
+    for (_, video), own in zip(videos, sizes, strict=True):
+        if own != size:
+            raise ParameterError(
+                f"{video} has {own[0]}x{own[1]} pixels, {first} {size[0]}x{size[1]}",
+                "learn from recordings of one camera; the face then tracks those of others",
+            )
+    check_distinct(videos)
+    return size

@@ -1,0 +1,1 @@
+"""A speaker's own model: it is learned from recordings, and tracked with."""

@@ -1,0 +1,1 @@
+"""A clip's start: its head is placed, its mouth fitted and its colours learned."""
