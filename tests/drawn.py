@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 
+import cv2
 import numpy as np
 from heads import SIZE, lit_picture_of, picture_of, seen_at
+from runs import write_kind
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
@@ -22,6 +25,8 @@ from abs_engine.tracking.landmark.landmark_correspondence import Correspondence,
 from abs_engine.tracking.landmark.landmark_shape import LandmarkShape
 
 CAMERA = Camera.ideal(SIZE)
+OPEN = (0.0, 0.1, 0.25, 0.35, 0.15)
+"""How far the mouth of a film is open, by `jawOpen`."""
 AHEAD = seen_at([0, 0, 0], [0, 0, 700])
 
 
@@ -110,3 +115,21 @@ def turned_by(one: Pose, other: Pose) -> float:
     """Angle between the rotations of two poses, degrees."""
     between = Pose(one.rotation @ other.rotation.T, np.zeros(3))
     return float(np.degrees(np.linalg.norm(between.rotation_vector)))
+
+
+def film(path: Path, frames: int = 5, *, grey: bool = False, factor: float = 1.0) -> Path:
+    """Some frames of a drawn head that opens its mouth and turns a little."""
+    pictures = []
+    for k, amount in enumerate(OPEN[:frames]):
+        pose = seen_at([0, 0.05 * k - 0.1, 0], [0, 0, 700])
+        picture = lit("amara", pose, jawOpen=amount)
+        if factor != 1:
+            picture = cv2.resize(picture, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+            picture = cv2.copyMakeBorder(
+                picture, 20, 20, 30, 30, cv2.BORDER_CONSTANT, value=(100, 100, 100)
+            )
+            picture = picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2]
+        if grey:
+            picture = np.repeat(picture.mean(axis=2, keepdims=True), 3, axis=2).astype(np.uint8)
+        pictures.append(picture)
+    return write_kind(path, "libx264", pictures)

@@ -283,7 +283,8 @@ def _prototypes(
 ) -> FloatArray:
     """Least-squares expression parameters of `PROTOTYPES` over the lips."""
     names = mouth_units()
-    lips = speaker.vertices_of(*COLOUR_CLASSES["lips"])
+    red = [k for k, colour in enumerate(colour_classes(speaker)) if colour == "lips"]
+    lips = np.unique(speaker.faces[np.isin(speaker.facet_class, red)])
     matrix = expression.modes[:, lips].reshape(len(expression.modes), -1).T.astype(np.float64)
     units = speaker.unit_matrix(names)[:, lips]
     out = []

@@ -15,6 +15,7 @@ from abs_engine.core.scene import ClassMaps
 from abs_engine.fit.belief import ROTATION, Unknown, belief_of, share_of_landmarks
 from abs_engine.fit.head_frame import COLOUR, contact_prior
 from abs_engine.fit.problem import Problem
+from abs_engine.fit.settings import BELIEF
 from abs_engine.optimise.newton import Newton
 
 FACE = SETTING.face
@@ -111,7 +112,8 @@ def test_an_aperture_that_rests_on_landmarks_is_less_sure_the_farther_it_is_open
     more = [
         found.resting_on_landmarks(1.0).aperture ** 2 - found.aperture**2 for found in (shut, wide)
     ]
-    assert more == pytest.approx([0.75**2, 0.75**2 + min(0.3 * wide.gap, 4.0) ** 2])
+    _, least, share, most = BELIEF.by_landmarks
+    assert more == pytest.approx([least**2, least**2 + min(share * wide.gap, most) ** 2])
     half = wide.resting_on_landmarks(0.5).aperture ** 2 - wide.aperture**2
     assert half == pytest.approx(more[1] / 2)
     assert shut.resting_on_landmarks(1.0).closed < shut.closed

@@ -8,33 +8,13 @@ import json
 import cv2
 import numpy as np
 import pytest
-from drawn import lit
+from drawn import OPEN, film, lit
 from heads import seen_at
 from runs import write_kind
 
 from abs_engine.cli import main
 from abs_engine.tracking.runs.record import load_run
 from abs_engine.tracking.settings.stages import SETTINGS
-
-OPEN = (0.0, 0.1, 0.25, 0.35, 0.15)
-
-
-def film(path, frames=5, grey=False, factor=1.0):
-    """Some frames of a drawn head that opens its mouth and turns a little."""
-    pictures = []
-    for k, amount in enumerate(OPEN[:frames]):
-        pose = seen_at([0, 0.05 * k - 0.1, 0], [0, 0, 700])
-        picture = lit("amara", pose, jawOpen=amount)
-        if factor != 1:
-            picture = cv2.resize(picture, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
-            picture = cv2.copyMakeBorder(
-                picture, 20, 20, 30, 30, cv2.BORDER_CONSTANT, value=(100, 100, 100)
-            )
-            picture = picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2]
-        if grey:
-            picture = np.repeat(picture.mean(axis=2, keepdims=True), 3, axis=2).astype(np.uint8)
-        pictures.append(picture)
-    return write_kind(path, "libx264", pictures)
 
 
 @pytest.fixture(scope="module")

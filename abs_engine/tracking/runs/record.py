@@ -39,12 +39,24 @@ from abs_engine.tracking.results.frame_rows import (
     FrameRows,
 )
 from abs_engine.tracking.results.less_explained import doubted, less_explained, shortfall
-from abs_engine.tracking.results.measures import NAMES, Closure, closure_arrays, closures, velocities
+from abs_engine.tracking.results.measures import (
+    NAMES,
+    Closure,
+    closure_arrays,
+    closures,
+    velocities,
+)
 from abs_engine.tracking.results.mouth_check import MouthCheck
 from abs_engine.tracking.results.other_faces import OtherFaces
 from abs_engine.tracking.results.run_mesh import RunMesh, load_mesh_of
+from abs_engine.tracking.results.run_table import (
+    LESS,
+    closed_frames,
+    closure_table,
+    table_of,
+    written,
+)
 from abs_engine.tracking.runs.run_summary import summary
-from abs_engine.tracking.results.run_table import LESS, closed_frames, closure_table, table_of, written
 
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"

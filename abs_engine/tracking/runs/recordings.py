@@ -27,11 +27,11 @@ from abs_engine.io.video import probe
 from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking.detection.face_choice import LARGEST, FaceChoice
 from abs_engine.tracking.detection.initial_pose import FaceBox
-from abs_engine.tracking.runs.record import SUMMARY, Record, camera_of, load_whole_run
-from abs_engine.tracking.results.run_table import sure_frames
 from abs_engine.tracking.person.scale import USUAL_PUPILS, Scale
-from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.results.run_table import sure_frames
+from abs_engine.tracking.runs.record import SUMMARY, Record, camera_of, load_whole_run
 from abs_engine.tracking.runs.stated_settings import stated_settings
+from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 Arrays = dict[str, NDArray[Any]]
 

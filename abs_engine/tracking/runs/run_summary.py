@@ -12,6 +12,7 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import Face
 from abs_engine.fit.opening import NAME as OPENING
 from abs_engine.fit.shading import NAME as SHADED
+from abs_engine.tracking.detection.shot_cuts import anew_line, cut_line
 from abs_engine.tracking.frame.clip_setting import HELD, ClipSetting
 from abs_engine.tracking.results.run_warnings import (
     all_closed,
@@ -27,7 +28,6 @@ from abs_engine.tracking.results.run_warnings import (
     without_colour,
 )
 from abs_engine.tracking.settings.detection import DETECTION
-from abs_engine.tracking.detection.shot_cuts import anew_line, cut_line
 
 
 def summary(

@@ -8,7 +8,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from test_track_landmarks_cli import film
+from drawn import film
 
 from abs_engine.core.errors import OutputError, VideoError
 from abs_engine.core.geometry import Pose

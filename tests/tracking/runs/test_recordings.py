@@ -37,11 +37,10 @@ from abs_engine.dataset.sums import check_distinct
 from abs_engine.face.head import build_mouth_model
 from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.speaker import speaker_learning
 from abs_engine.tracking.detection.face_choice import FOLLOWS, LARGEST, FaceChoice
 from abs_engine.tracking.detection.initial_pose import FaceBox
 from abs_engine.tracking.options import TrackOptions
-from abs_engine.tracking.speaker.recorded_frames import camera_used
+from abs_engine.tracking.person.scale import USUAL_PUPILS, Scale
 from abs_engine.tracking.runs.recordings import (
     Recording,
     check_same,
@@ -51,8 +50,9 @@ from abs_engine.tracking.runs.recordings import (
     load_recording,
     mouth_box,
 )
-from abs_engine.tracking.person.scale import USUAL_PUPILS, Scale
 from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.speaker import speaker_learning
+from abs_engine.tracking.speaker.recorded_frames import camera_used
 from abs_engine.tracking.speaker.speaker_learning import Learned, Learner, learn_speaker
 from abs_engine.tracking.speaker.speakers import SpeakerClip
 

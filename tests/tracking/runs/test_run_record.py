@@ -21,8 +21,12 @@ from abs_engine.io.assets import CLOSED_APERTURE
 from abs_engine.io.video import VideoInfo
 from abs_engine.optimise.base import Solution
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.results.measures import Closure
 from abs_engine.tracking.options import Clip, ClipTracker, TrackOptions
+from abs_engine.tracking.results.measures import Closure
+from abs_engine.tracking.results.run_mesh import load_mesh
+from abs_engine.tracking.results.run_table import POINT_NAMES, closure_table, written
+from abs_engine.tracking.results.run_warnings import FACE_COLOURS, GIVEN_COLOURS
+from abs_engine.tracking.run import prepare_clip
 from abs_engine.tracking.runs.record import (
     RESULTS,
     SUMMARY,
@@ -30,12 +34,8 @@ from abs_engine.tracking.runs.record import (
     Recorder,
     load_run,
 )
-from abs_engine.tracking.run import prepare_clip
-from abs_engine.tracking.results.run_mesh import load_mesh
-from abs_engine.tracking.results.run_table import POINT_NAMES, closure_table, written
-from abs_engine.tracking.results.run_warnings import FACE_COLOURS, GIVEN_COLOURS
-from abs_engine.tracking.settings.detection import DETECTION
 from abs_engine.tracking.runs.stated_settings import run_settings
+from abs_engine.tracking.settings.detection import DETECTION
 
 RESULTS_OF_CLIP = [toy_result(0), toy_result(1, prototype=4), lost_result(2), toy_result(3, 3)]
 

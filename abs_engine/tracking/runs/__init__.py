@@ -1,0 +1,1 @@
+"""Runs as they are written and read: their summary, files and settings."""
