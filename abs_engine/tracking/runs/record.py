@@ -119,8 +119,8 @@ class Record:
         `FrameResult`; `less_explained` (T,), see the module of that name; `cut` (T,);
         `landmark_distance` and `landmark_aperture` (T,) mm, see `FrameResult`; `value`, `score`,
         `evaluations`, `status` (T,); `term_values` (T, K) by `term_names`, what `value` is the sum
-        of, and `value_unit` (T,); what `tracking.results.measures` gives, (T,) each; `closure_frames`
-        (C, 2), first and last, and `closure_times` (C, 2), onset and release, s; `person_weights`
+        of, and `value_unit` (T,); what `tracking.results.measures` gives, (T,) each;
+        `closure_frames` (C, 2), first and last, and `closure_times` (C, 2), onset and release, s; `person_weights`
         (Q,); `camera_matrix`, `camera_distortion`, `camera_size`, `rate`, `renderer`,
         `engine_version`, `format`, `version`.
     points : (T, 20, 3) float64, mm, head frame
