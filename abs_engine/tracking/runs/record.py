@@ -120,9 +120,9 @@ class Record:
         `landmark_distance` and `landmark_aperture` (T,) mm, see `FrameResult`; `value`, `score`,
         `evaluations`, `status` (T,); `term_values` (T, K) by `term_names`, what `value` is the sum
         of, and `value_unit` (T,); what `tracking.results.measures` gives, (T,) each;
-        `closure_frames` (C, 2), first and last, and `closure_times` (C, 2), onset and release, s; `person_weights`
-        (Q,); `camera_matrix`, `camera_distortion`, `camera_size`, `rate`, `renderer`,
-        `engine_version`, `format`, `version`.
+        `closure_frames` (C, 2), first and last, and `closure_times` (C, 2), onset and release, s;
+        `person_weights` (Q,); `camera_matrix`, `camera_distortion`, `camera_size`, `rate`,
+        `renderer`, `engine_version`, `format`, `version`.
     points : (T, 20, 3) float64, mm, head frame
         The usual lip points.
     mesh : RunMesh
