@@ -14,8 +14,8 @@ from abs_engine.tracking.settings.detection import DETECTION
 class ShotCuts:
     """Finds cuts in frame after frame, by how much of a coarse picture changes.
 
-    Light that comes or goes is no change, and plain pictures, black between shots say, are left
-    out: the frame after them is compared with the one before.
+    Light that comes, goes or moves from side to side is no change, and plain pictures, black
+    between shots say, are left out: the frame after them is compared with the one before.
     """
 
     def __init__(self) -> None:
@@ -57,10 +57,15 @@ def _numbered(frames: Sequence[int]) -> str:
 
 
 def _pattern(image: Image) -> FloatArray | None:
-    """Brightness on a few cells, with mean 0 and deviation 1; None of a plain picture."""
+    """Logarithm of brightness on a few cells, less a plane, with deviation 1; None if plain."""
     down, across = (max(1, n // DETECTION.cut_side) for n in image.shape[:2])
     part = image[::down, ::across].astype(np.float32)
     cells = cv2.resize(part, (DETECTION.cut_cells,) * 2, interpolation=cv2.INTER_AREA)
     cells = cells.mean(axis=2, dtype=np.float64)
-    spread = float(cells.std())
-    return None if spread < DETECTION.plain else (cells - cells.mean()) / spread
+    if float(cells.std()) < DETECTION.plain:
+        return None
+    across = np.linspace(-1.0, 1.0, DETECTION.cut_cells)
+    plane = np.stack([np.ones(cells.size), *(axis.ravel() for axis in np.meshgrid(across, across))])
+    bright = np.log(cells.ravel() + DETECTION.cut_dark)
+    left = bright - plane.T @ (np.linalg.pinv(plane.T) @ bright)
+    return np.asarray(left / max(float(left.std()), 1e-9))

@@ -49,6 +49,12 @@ def test_light_that_comes_and_goes_is_none():
     assert cuts_of([levels(picture), levels(picture + 60), levels(picture)]) == []
 
 
+def test_light_that_moves_from_side_to_side_is_none():
+    picture, across = scene(0), np.linspace(-1.0, 1.0, 320)[None, :, None]
+    ways = [np.exp(1.5 * side * across) for side in (0, 1, -1, 1, 0)]
+    assert cuts_of([levels(0.4 * way * picture, 2.0, n) for n, way in enumerate(ways)]) == []
+
+
 @pytest.mark.parametrize("noise", [0.0, 4.0])
 @pytest.mark.parametrize("level", [0, 100])
 def test_plain_pictures_are_none(noise, level):
