@@ -117,10 +117,10 @@ def rewrite(source: Path, target: Path, way: Way) -> None:
 
 
 def scored(plain: Path, folder: Path, way: Way) -> list[float]:
-    """Frames hidden and bare, and of each how many are lost or marked, and errors of apertures.
+    """Counts of a run's frames, and how far its apertures are off.
 
-    Hidden ones; lost of them; marked (`less_explained`) of the others; held by their 90 % intervals
-    of the others; bare ones; lost of them; marked of the others; RMS of the others, mm.
+    Hidden ones: all, lost, marked (`less_explained`), and apertures held by their 90 % intervals;
+    bare ones: all, lost, marked; RMS of their apertures, mm. Those that are lost are not marked.
     """
     whole, other = load_run(plain), load_run(folder)
     count = len(other["found"])

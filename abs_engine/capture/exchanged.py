@@ -54,8 +54,8 @@ def most_often(pairs: Pairs, numbers: Sequence[int]) -> tuple[int, int, str]:
 def crossed(observed: Observations, views: Sequence[View], names: Sequence[str]) -> FloatArray:
     """Places (K, K, 3), mm, head frame, where the points lie if one of two views exchanged names.
 
-    That of the first view's point i and the second view's j, if they are one; the mean over a few
-    frames in which all of the points were found.
+    Entry (i, j) is where a point lies that the first view calls i and the second j: the mean over
+    a few frames in which all of the points were found.
 
     Raises
     ------

@@ -21,6 +21,9 @@ def stretches(mask: BoolArray) -> list[list[int]]:
 
 
 def evenly(count: int, most: int) -> list[int]:
-    """Indices of at most so many things of a count, evenly spread, the first and last included."""
+    """Indices of at most so many things of a count, evenly spread, the first and last included.
+
+    Of one, it is the first.
+    """
     spread: list[int] = np.linspace(0, count - 1, min(most, count)).round().astype(int).tolist()
     return spread

@@ -37,7 +37,7 @@ class Unfinished(NewFolder):
         All that the content follows from; '' begins again whatever lies there.
     anew : str
         The command, if what it began with other choices is removed; else that is an error, as what
-        other commands began always is.
+        other commands began is, unless `choices` is ''.
     also : str
         Choices that what was begun may be gone on with by others, but that its end follows from.
     by : str

@@ -205,8 +205,8 @@ def _recorded(
 ) -> tuple[Record, dict[str, Any]]:
     """Track all frames but those that are kept, and write them; see `write_run`."""
     made.empty()
-    as_before = fingerprint((tracker.setting, tracker.memory))
-    with FrameJournal(made.partial / FRAMES, as_before) as journal:
+    choices = fingerprint((tracker.setting, tracker.memory))
+    with FrameJournal(made.partial / FRAMES, choices) as journal:
         if journal.resumed:
             say(f"resuming: {counted(journal.resumed, 'frame')} already tracked")
         facts = RunFacts(settings, tracker.info.frames, took, journal.resumed)

@@ -161,3 +161,19 @@ def test_a_pupil_distance_that_is_none_is_refused_before_any_work(refused, video
 )
 def test_what_landmarks_alone_can_do_is_refused_elsewhere(refused, video, words, said):
     assert said in refused(video, *words)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("more", "looked"), [((), True), (("--face", "1"), False)])
+def test_other_faces_and_a_stretched_picture_are_warned_of(
+    video, tmp_path, monkeypatch, more, looked
+):
+    proportions = iter([1.9, 1.5])  # of the head that was fitted, and of the usual one
+    monkeypatch.setattr("abs_engine.tracking.models.heads.proportion", lambda *_: next(proportions))
+    asked = []
+    where = "abs_engine.tracking.results.other_faces.find_faces"
+    monkeypatch.setattr(where, lambda *_, **__: asked.append(1) or [])
+    assert track(video, tmp_path / "run", *more) == 0
+    told = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert sum("much wider for its height" in w for w in told["summary"]["warnings"]) == 1
+    assert bool(asked) is looked

@@ -14,7 +14,7 @@ from abs_engine.report.inspect.heads import (
     draw_turntable,
 )
 from abs_engine.report.inspect.label_kinds import draw_label
-from abs_engine.report.inspect.output import Film, Progress, counted, is_film, write_film
+from abs_engine.report.inspect.output import Film, Progress, is_film, reported, write_film
 from abs_engine.report.inspect.request import LABEL_KINDS, Request
 from abs_engine.report.inspect.run_kinds import draw_error, draw_overlay
 
@@ -50,7 +50,7 @@ def render_to_file(request: Request, renderer: Renderer, progress: Progress | No
     film = is_film(request.output)
     made = _KINDS[request.kind](request, renderer, film, progress)
     if isinstance(made, Film):
-        frames = counted(made.frames, made.count, progress)
+        frames = reported(made.frames, made.count, progress)
         write_film(request.output, frames, made.rate, made.times)
     else:
         write_new(request.output, png(made))

@@ -96,14 +96,14 @@ def presented(
     if film:
         return Film(painted(list(range(count))), count, rate, times)
     wanted = evenly(count, SHEET_TILES)
-    tiles = list(counted(painted(wanted), len(wanted), progress))
+    tiles = list(reported(painted(wanted), len(wanted), progress))
     if len(tiles) == 1:
         return tiles[0]
     return sheet(tiles, columns_of(len(tiles), (tiles[0].shape[1], tiles[0].shape[0])))
 
 
-def counted(things: Iterable[Thing], count: int, progress: Progress | None) -> Iterator[Thing]:
-    """Things as they come; each is counted when the next is asked for."""
+def reported(things: Iterable[Thing], count: int, progress: Progress | None) -> Iterator[Thing]:
+    """Things as they come; each is reported when the next is asked for."""
     for done, thing in enumerate(things, 1):
         yield thing
         if progress is not None:

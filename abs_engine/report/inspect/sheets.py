@@ -15,7 +15,7 @@ from abs_engine.report.drawing.layout import beside, captioned, columns_of, labe
 from abs_engine.report.drawing.paint import paint
 from abs_engine.report.drawing.view import View, views_of
 from abs_engine.report.inspect.body import Body, check_units, coat
-from abs_engine.report.inspect.output import Progress, counted
+from abs_engine.report.inspect.output import Progress, reported
 
 RATE = 25.0
 """Frames a second of films that are made here."""
@@ -94,7 +94,7 @@ def posture_sheet(
     """The head at rest, then with each row alone at a weight; the name is below each."""
     view = look.view(body)
     tiles = [captioned(look.draw(body, view), "at rest")]
-    for row in counted(rows, len(rows), progress):
+    for row in reported(rows, len(rows), progress):
         moved = body.moved(body.vertices + weight * row.delta)
         tiles.append(captioned(look.draw(moved, view), row.name))
     return sheet(tiles, columns_of(len(tiles), look.size))
@@ -122,7 +122,7 @@ def nomogram(
     heads = [label("", (margin, 24))]
     heads += [label(value_text(v, unit), (wide + 4, 24)) for v in values]
     lines = [beside(heads)]
-    for number, row in enumerate(counted(rows, len(rows), progress)):
+    for number, row in enumerate(reported(rows, len(rows), progress)):
         if number and number % HEADED == 0:
             lines.append(lines[0])
         tiles = [look.draw(body.moved(body.vertices + v * row.delta), view) for v in values]

@@ -210,8 +210,8 @@ def by_landmarks(
         scale = scale.without_eyes
         setting = replace(setting, warnings=(no_eyes(scale.uncertainty),))
     elif not known:
-        face_shape = proportion(fitted.model.head.mean, speaker)
-        setting = replace(setting, warnings=stretched(face_shape))
+        wider = proportion(fitted.model.head.mean, speaker) / proportion(speaker.vertices, speaker)
+        setting = replace(setting, warnings=stretched(wider))
     facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, scale, follower.remarks(), facts)
 

@@ -58,8 +58,11 @@ class Scale:
 def proportion(vertices: NDArray[np.floating], speaker: Speaker) -> float:
     """Width of a face (V, 3) over its height: the eyes' outer corners, and from there to the lips.
 
-    A picture that was stretched leaves it in a head that is fitted, in part.
+    A picture that was stretched leaves it in a head that is fitted, in part. NaN for a head without
+    the usual landmarks.
     """
+    if "landmark_68" not in speaker.points:
+        return float("nan")
     right, left, lips = vertices[speaker.points["landmark_68"][[36, 45, 51]]].astype(np.float64)
     return float(np.linalg.norm(left - right)) / abs(float((right + left)[1] / 2 - lips[1]))
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.fit.settings import BELIEF
+from abs_engine.io.assets import CLOSED_APERTURE
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 _NORMAL, _LEAST = NormalDist(), 1e-12
@@ -41,11 +42,13 @@ def doubted(beliefs: Mapping[str, NDArray[Any]], short: FloatArray) -> dict[str,
 
     Both are taken from `beliefs`, where they are as the frames by themselves have them.
     """
-    own, closed = beliefs["aperture_sd"], beliefs["closed_probability"]
+    own, closed, aperture = (beliefs[k] for k in ("aperture_sd", "closed_probability", "aperture"))
     free, growth = BELIEF.unexplained
     wider = np.hypot(own, growth * np.maximum(short - free, 0.0))
     less = closed.copy()
     for k in np.flatnonzero(wider > own):  # the limit lies as far away, in fewer deviations
-        away = _NORMAL.inv_cdf(min(max(float(closed[k]), _LEAST), 1 - _LEAST))
-        less[k] = _NORMAL.cdf(away * own[k] / wider[k])
+        off = CLOSED_APERTURE - float(aperture[k])
+        if aperture[k] <= 0.0:  # how far lips press stands in the probability alone
+            off = float(own[k]) * _NORMAL.inv_cdf(min(max(float(closed[k]), _LEAST), 1 - _LEAST))
+        less[k] = _NORMAL.cdf(off / float(wider[k]))
     return {"aperture_sd": wider, "closed_probability": less}

@@ -6,14 +6,42 @@ the wall or after somebody who leaves, is noticed here.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
 import numpy as np
 
 from abs_engine.core.arrays import Image
+from abs_engine.core.geometry import Pose
 from abs_engine.tracking.detection.face_choice import by_size
 from abs_engine.tracking.detection.face_detection import Face, find_faces
 from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.results.run_warnings import larger_face, only_another
+from abs_engine.tracking.results.run_warnings import ANOTHER, LARGER, other_face
 from abs_engine.tracking.settings.frames import FRAME_LOOP
+
+
+@dataclass
+class Sightings:
+    """Looks at frames, each for the frames up to the next one, and those that show another face.
+
+    Parameters
+    ----------
+    looks, with_face : list of int
+        Frames that each stands for, of all looks and of those with such a face.
+    first : (int, Face) or None
+        The first frame that shows one, and that face.
+    """
+
+    looks: list[int] = field(default_factory=list)
+    with_face: list[int] = field(default_factory=list)
+    first: tuple[int, Face] | None = None
+
+    def add(self, index: int, frames: int, faces: Sequence[Face]) -> None:
+        """Count a look at a frame that stands for so many, with the faces that it shows."""
+        self.looks.append(frames)
+        if faces:
+            self.with_face.append(frames)
+            self.first = self.first or (index, faces[0])
 
 
 class OtherFaces:
@@ -28,9 +56,8 @@ class OtherFaces:
     def __init__(self, setting: ClipSetting) -> None:
         self._setting = setting
         self._next, self._step = 0, max(1, round(FRAME_LOOP.look_apart * setting.rate))
-        self._looks = self._without = 0
-        self._larger: list[tuple[int, Face, float]] = []
-        self._alone: list[tuple[int, Face]] = []
+        self._looks = 0
+        self._seen, self._unseen = Sightings(), Sightings()
 
     def add(self, image: Image, result: FrameResult) -> None:
         """Look at the next frame (H, W, 3) RGB, or leave it out."""
@@ -40,23 +67,27 @@ class OtherFaces:
         if self._looks % FRAME_LOOP.looks == 0:  # a long clip is looked at less often
             self._step *= 2
         self._next = result.index + self._step
-        largest = next(iter(by_size(find_faces(image, in_parts=False))), None)
+        faces = by_size(find_faces(image, in_parts=False))
         if result.pose is None:
-            self._without += 1
-            if largest is not None:
-                self._alone.append((result.index, largest))
-            return
-        border = self._setting.camera.project(result.pose.apply(self._setting.face.border))
-        depth = float(result.pose.apply(self._setting.face.pivot)[2])
-        size = FRAME_LOOP.face_square * float(self._setting.camera.matrix[0, 0]) / depth
-        if largest is None or largest.size < FRAME_LOOP.larger_face * size:
-            return
-        if np.linalg.norm(largest.mouth - border.mean(axis=0)) > 0.5 * largest.size:
-            self._larger.append((result.index, largest, size))
+            self._unseen.add(result.index, self._step, faces[:1])
+        else:
+            self._seen.add(result.index, self._step, self._larger(faces[:1], result.pose))
+
+    def _larger(self, faces: list[Face], pose: Pose) -> list[Face]:
+        """Those that are larger than the face at a pose, and another."""
+        setting = self._setting
+        mouth = setting.camera.project(pose.apply(setting.face.border)).mean(axis=0)
+        depth = float(pose.apply(setting.face.pivot)[2])
+        pixels = float(setting.camera.matrix[0, 0]) / depth  # of a mm
+        least = FRAME_LOOP.larger_face * FRAME_LOOP.face_square * pixels
+        return [
+            face for face in faces
+            if face.size > least and np.linalg.norm(face.mouth - mouth) > 0.5 * face.size
+        ]  # fmt: skip
 
     def warnings(self) -> list[str]:
-        """Those of faces that are seen in more than one look, and in enough of them."""
+        """Those of faces that are seen in more than one look, and in enough of the frames."""
         return [
-            *larger_face(self._larger, self._looks),
-            *only_another(self._alone, self._without),
+            *other_face(LARGER, self._seen.looks, self._seen.with_face, self._seen.first),
+            *other_face(ANOTHER, self._unseen.looks, self._unseen.with_face, self._unseen.first),
         ]

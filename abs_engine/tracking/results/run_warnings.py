@@ -47,9 +47,9 @@ SAME_COLOUR = (
 
 LITTLE = "the drawn mouth explains only {:.0%} of the picture around it: look at the overlay"
 PARTLY = (
-    "in {} of {}, between {} and {}, the drawn mouth explains less of the picture than in most: "
-    "text, a hand or the like may lie over the lips, or they are blurred; there aperture_sd is "
-    "larger; look at the overlay"
+    "in {} of {} tracked frames, between frames {} and {}, the drawn mouth explains less of the "
+    "picture than in most: text, a hand or the like may lie over the lips, or they are blurred, or "
+    "open very wide; there aperture_sd is larger; look at the overlay"
 )
 GIVEN_COLOURS = (
     "the colours are another run's: leave them out unless they are of this person in this light"
@@ -100,18 +100,18 @@ OTHER_TIMES = (
     "mean rate, and may be off; convert the video, for example with ffmpeg"
 )
 LARGER = (
-    "a face that is larger than the one that is followed ({:.0f} pixels, not {:.0f}) is seen from "
-    "frame {} on, there about {:.0f} {:.0f}, in {} of {} that were looked at: if you mean that "
-    "one, cut the video so that it begins there"
+    "a larger face than the one that is followed is seen in {} of {} that were looked at, first in "
+    "frame {} about {:.0f} {:.0f} ({:.0f} pixels): if you mean that one, give --mouth with a box "
+    "about its mouth, or cut the video so that it begins there"
 )
 ANOTHER = (
-    "in {} of {} that were looked at, of those in which the face that is followed is not found, "
-    "another is seen, first in frame {} about {:.0f} {:.0f}: if it is the same person's, or the "
-    "one that you mean, cut the video there, and track each part"
+    "where the face that is followed is not found, another is seen: in {} of {} that were looked "
+    "at, first in frame {} about {:.0f} {:.0f} ({:.0f} pixels); if it is the same person's, or the "
+    "one that you mean, cut the video there and track each part"
 )
 UNLIKE_SHOT = (
-    "no frame of the shot from {} to {} is tracked, as its mouth looks unlike that of the other "
-    "shots: it may be another person's, or in another light; track that shot by itself"
+    "no frame of the shot from frame {} to {} is tracked, as its mouth looks unlike that of the "
+    "other shots: if it is another person's, or in another light, track that shot by itself"
 )
 ALL_CLOSED = (
     "the lips are closed in all {} that were tracked: if the person speaks there, look at the "
@@ -133,15 +133,15 @@ def no_eyes(uncertainty: float) -> str:
     return NO_EYES.format(uncertainty)
 
 
-def stretched(proportion: float) -> tuple[str, ...]:
-    """Warning that a video may have been stretched, by the proportion of the face that was fitted.
+def stretched(wider: float) -> tuple[str, ...]:
+    """Warning that a video may have been stretched, if a face is too wide or narrow for a person's.
 
-    See `scale.proportion`.
+    It is so many times as wide for its height as the usual one; NaN where that is not known.
     """
     narrowest, widest = FRAME_LOOP.face_proportions
-    if narrowest <= proportion <= widest:
-        return ()
-    return (STRETCHED.format("narrower" if proportion < narrowest else "wider"),)
+    if wider < narrowest:
+        return (STRETCHED.format("narrower"),)
+    return (STRETCHED.format("wider"),) if wider > widest else ()
 
 
 def reasons_lost(found: NDArray[np.bool_], status: NDArray[np.str_]) -> dict[str, int]:
@@ -213,39 +213,32 @@ def _many(shut: int, seen: int) -> bool:
     return shut > max(1.0, FRAME_LOOP.most_contradicted * seen)
 
 
-def larger_face(seen: Sequence[tuple[int, Face, float]], looks: int) -> list[str]:
-    """Warning that a larger face than the followed one is seen, if it is in several looks.
+def other_face(
+    text: str, looks: Sequence[int], seen: Sequence[int], first: tuple[int, Face] | None
+) -> list[str]:
+    """Warning, in a text, of a face besides the followed one, if it is in several looks.
 
-    Each sighting is a frame, the face, and how large the followed one is there, px.
+    `looks` and `seen` are how many frames each stands for, of all looks and of those with such a
+    face; `first` is the first frame with one, and that face.
     """
-    if len(seen) < 2 or len(seen) < FRAME_LOOP.most_others * looks:
+    if first is None or len(seen) < 2 or sum(seen) < FRAME_LOOP.most_others * sum(looks):
         return []
-    first, face, own = seen[0]
-    frames = counted(looks, "frame")
-    return [LARGER.format(face.size, own, first, *face.centre, len(seen), frames)]
-
-
-def only_another(seen: Sequence[tuple[int, Face]], looks: int) -> list[str]:
-    """Warning that a face is seen where the followed one is not found, if in several looks.
-
-    Each sighting is a frame and the face; the looks are those without the followed one.
-    """
-    if len(seen) < 2 or len(seen) < FRAME_LOOP.most_others * looks:
-        return []
-    (first, face), frames = seen[0], counted(looks, "frame")
-    return [ANOTHER.format(len(seen), frames, first, *face.centre)]
+    index, face = first
+    frames = counted(len(looks), "frame")
+    return [text.format(len(seen), frames, index, *face.centre, face.size)]
 
 
 def unlike_shots(
     found: BoolArray, status: NDArray[np.str_], cut: BoolArray, index: IntArray
 ) -> list[str]:
-    """Warnings of shots in which each frame counts as covered, while others are tracked.
+    """Warnings of shots of which no frame is found and most count as covered, while others are.
 
     All are of frames (T,); `cut` says which of them begin another shot, `index` their numbers.
     """
     ends = [0, *np.flatnonzero(cut).tolist(), len(found)]
     shots = [slice(a, b) for a, b in pairwise(ends) if b - a >= FRAME_LOOP.fewest]
-    unlike = [s for s in shots if found.any() and (status[s] == COVERED).all()]
+    gone = [s for s in shots if found.any() and not found[s].any()]
+    unlike = [s for s in gone if 2 * (status[s] == COVERED).sum() > s.stop - s.start]
     return [UNLIKE_SHOT.format(*index[s][[0, -1]]) for s in unlike]
 
 
@@ -280,8 +273,7 @@ def partly_explained(less: BoolArray, index: IntArray) -> list[str]:
     if not less.any() or less.mean() <= FRAME_LOOP.most_less_explained:
         return []
     first, last = index[less][[0, -1]]
-    frames = counted(len(less), "frame")
-    return [PARTLY.format(int(less.sum()), frames, first, last)]
+    return [PARTLY.format(int(less.sum()), len(less), first, last)]
 
 
 def small_mouth(width: float) -> list[str]:

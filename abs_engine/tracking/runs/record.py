@@ -56,7 +56,7 @@ from abs_engine.tracking.results.run_table import (
     table_of,
     written,
 )
-from abs_engine.tracking.runs.run_summary import summary
+from abs_engine.tracking.runs.run_summary import score_of, summary
 
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
@@ -225,7 +225,8 @@ class Recorder:
         """Numbers of all frames; where one is explained less than the others, it is doubted."""
         rows = self._rows.columns()
         score = np.where(rows["status"] == GREY, np.nan, rows["score"])
-        short = shortfall(score if COLOUR in rows["term_names"] else np.full_like(score, np.nan))
+        source = score_of(rows["term_names"].tolist(), self._setting.face.name)
+        short = shortfall(score if source == COLOUR else np.full_like(score, np.nan))
         return {**rows, **doubted(rows, short), LESS: less_explained(short)}
 
     def _arrays(

@@ -31,11 +31,11 @@ from abs_engine.tracking.settings.detection import DETECTION
 
 
 def summary(
-    arrays: Mapping[str, NDArray[Any]], setting: ClipSetting, elsewhere: Sequence[str] = ()
+    arrays: Mapping[str, NDArray[Any]], setting: ClipSetting, seen: Sequence[str] = ()
 ) -> dict[str, Any]:
     """Counts of frames; mean evaluations and score of the tracked. Covered ones are lost.
 
-    The arrays are as ``results.npz`` has them; `elsewhere` are warnings of what frames' pictures
+    The arrays are as ``results.npz`` has them; `seen` are warnings of what frames' pictures
     show beside what is drawn.
     """
     face = setting.face
@@ -46,18 +46,18 @@ def summary(
     landmarks = _by_landmarks(arrays, face, bool(small))
     shots = _shots(arrays)
     score = _mean_score(arrays["score"][found])
-    source = _score_of(arrays["term_names"].tolist(), face.name)
-    little = little_explained(source.get("score_of", "colour"), score)
+    source = score_of(arrays["term_names"].tolist(), face.name)
+    little = little_explained(source or "colour", score)
     lost = mostly_lost(found, arrays["status"])
     shut = all_closed(arrays["closed"][found], arrays["time"][found])
-    partly = without_colour(arrays["status"])
+    grey = without_colour(arrays["status"])
     dropped = not np.array_equal(arrays["index"], np.arange(len(found)))  # by a camera
     timed = [] if dropped else untimed(len(found), len(setting.times))
     less = arrays["less_explained"]
-    some = partly_explained(less[found], arrays["index"][found])
+    partly = partly_explained(less[found], arrays["index"][found])
     lost += unlike_shots(found, arrays["status"], arrays["cut"], arrays["index"])
     told = landmarks.get("warnings", ())
-    doubted = [*lost, *little, *some, *elsewhere, *shut, *partly, *told]
+    doubted = [*lost, *little, *partly, *seen, *shut, *grey, *told]
     hints = [setting.hint] if doubted and setting.hint else []
     warnings = [*setting.warnings, *timed, *shots, *small, *near, *doubted, *hints]
     work = arrays["evaluations"][found]
@@ -70,7 +70,7 @@ def summary(
         "less_explained_frames": int(less.sum()),
         "mean_evaluations": float(work.mean()) if len(work) else 0.0,
         "mean_score": score,
-        **source,
+        **({"score_of": source} if source else {}),
         **landmarks,
         "cuts": cuts,
         "warnings": warnings,
@@ -92,12 +92,12 @@ def _mean_score(scores: NDArray[np.float64]) -> float | None:
     return float(told.mean()) if len(told) else None
 
 
-def _score_of(terms: list[str], model: str) -> dict[str, str]:
-    """Name of the scores' source, where results state it: a head's colours'."""
+def score_of(terms: Sequence[str], model: str) -> str:
+    """Name of what scores compare, as results state it: a head's colours'; empty without terms."""
     if not terms:
-        return {}
+        return ""
     name = next((term for term in terms if term != SHADED), terms[0])
-    return {"score_of": name if model == "head" else f"{model}: {name}"}
+    return name if model == "head" else f"{model}: {name}"
 
 
 def _mouth_width(arrays: Mapping[str, NDArray[Any]]) -> float:

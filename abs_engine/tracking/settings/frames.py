@@ -151,11 +151,11 @@ class FrameSettings:
     face_square : float, mm
         Side of a face as the detector sees it. Measured: 135 to 201, mostly 158 to 187, in 48
         frames of the strangers' clips.
-    face_proportions : tuple of float, widths over heights
-        Least and most of what `scale.proportion` is of people's fitted heads; beyond, a run warns
-        that the video may be stretched. Chosen on p01 to p08 of the strangers, of whom it is 1.36
-        to 1.64 (mean 1.49), and 1.75 and 1.13 with a picture of p05 that is wider by a third, or
-        narrower by a quarter. Measured: 1.39 to 1.66 in p09 to p16 and 16 films of other heads.
+    face_proportions : tuple of float, times those of the head that is fitted
+        Least and most width of a face for its height; beyond, a run warns that the video may be
+        stretched. Chosen on p01 to p08 of the strangers, where it is 0.94 to 1.13. Measured: 0.96
+        to 1.15 in p09 to p16 and 16 films of other heads; of all 16 clips made wider by a third @W@
+        are warned of, made narrower by a quarter @N@.
     larger_face : float, times that of the followed face
         Size of another from which on a run warns. Not measured.
     most_others : float, share of the frames looked at
@@ -182,7 +182,7 @@ class FrameSettings:
         By which a frame falls short of what is explained of its clip's median one, from which on
         it is marked. Chosen on p01 to p08 of the strangers, as they are and with a word written
         over the lower lip in some frames: of these 71 % are marked, of the bare ones beside them 3
-        %. Measured on p09 to p16: 97 and 0.5 %.
+        %. Measured on p09 to p16: 93 (4 more are lost) and 0.5 %.
     most_less_explained : float, share of the frames
         So marked, above which a run warns. Chosen on the same: of p01 to p08 as they are, two are
         warned of, one that shouts and one that turns fast. Measured: one of p09 to p16, that turns
@@ -251,7 +251,7 @@ class FrameSettings:
     look_apart: float = 0.4
     looks: int = 8
     face_square: float = 175.0
-    face_proportions: tuple[float, float] = (1.25, 1.7)
+    face_proportions: tuple[float, float] = (0.86, 1.18)
     larger_face: float = 1.5
     most_others: float = 0.3
     most_elsewhere: float = 0.5

@@ -127,9 +127,10 @@ def test_eyes_that_are_shut_have_no_pupils():
 
 def test_a_stretched_face_is_warned_of_and_no_persons():
     own = load_speaker()
-    head = own.vertices.astype(np.float64)
-    assert stretched(proportion(head, own)) == ()
+    head, usual = own.vertices.astype(np.float64), proportion(own.vertices, own)
+    assert stretched(proportion(head, own) / usual) == ()
     for across, word in ((1.3, "wider"), (0.75, "narrower")):
-        (line,) = stretched(proportion(head * [across, 1.0, 1.0], own))
+        (line,) = stretched(proportion(head * [across, 1.0, 1.0], own) / usual)
         assert f"much {word} for its height" in line
-    assert proportion(2.0 * head, own) == pytest.approx(proportion(head, own))
+    assert proportion(2.0 * head, own) == pytest.approx(usual)
+    assert stretched(proportion(head, replace(own, points={}))) == ()  # a head without landmarks

@@ -12,6 +12,7 @@ from runs import lost_result, toy_result, toy_setting
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
+from abs_engine.tracking.detection.face_detection import find_faces
 from abs_engine.tracking.results import other_faces
 from abs_engine.tracking.results.other_faces import OtherFaces
 from abs_engine.tracking.runs.record import Recorder
@@ -43,10 +44,9 @@ def warned(results, image, made=None):
 
 def test_a_larger_face_beside_the_followed_one_is_reported_with_its_place():
     (line,) = warned([followed(k, FAR) for k in range(4)], BESIDE)
-    assert line.startswith("a face that is larger than the one that is followed")
-    assert "is seen from frame 0 on" in line
-    assert "in 4 of 4 frames" in line
-    x = int(line.split("there about ")[1].split()[0])
+    assert line.startswith("a larger face than the one that is followed is seen in 4 of 4 frames")
+    assert "first in frame 0 about" in line
+    x = int(line.split("about ")[1].split()[0])
     assert ALONE.shape[1] < x < BESIDE.shape[1]
 
 
@@ -66,7 +66,7 @@ def test_one_that_passes_is_not_reported():
 def test_another_face_where_the_followed_one_is_not_found():
     lost = [lost_result(k) for k in range(3)]
     (line,) = warned(lost, BESIDE)
-    assert line.startswith("in 3 of 3 frames that were looked at")
+    assert "another is seen: in 3 of 3 frames that were looked at" in line
     assert warned(lost, np.hstack([BLANK, BLANK])) == []
     assert warned(lost[:1], BESIDE) == []
 
@@ -84,8 +84,18 @@ def test_long_clips_are_looked_at_less_often(monkeypatch):
     assert 4 * FRAME_LOOP.looks < len(looked) < 8 * FRAME_LOOP.looks
 
 
+@pytest.mark.parametrize(("frames", "warned"), [(range(1000, 2000), True), (range(100), False)])
+def test_a_look_counts_as_many_frames_as_lie_before_the_next(frames, warned, monkeypatch):
+    (face,) = find_faces(BESIDE)
+    monkeypatch.setattr(other_faces, "find_faces", lambda image, **_: [face] if image.any() else [])
+    others, seen = OtherFaces(setting()), np.ones((1, 1, 3), np.uint8)
+    for k in range(2000):
+        others.add(seen if k in frames else 0 * seen, followed(k, FAR))
+    assert bool(others.warnings()) is warned
+
+
 def test_the_warning_is_in_the_summary_of_a_run():
     recorder = Recorder(setting())
     for k in range(3):
         recorder.add(followed(k, FAR), BESIDE)
-    assert any("larger than the one" in w for w in recorder.record().summary["warnings"])
+    assert any("a larger face than the one" in w for w in recorder.record().summary["warnings"])

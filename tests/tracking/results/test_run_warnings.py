@@ -213,9 +213,11 @@ def test_a_shot_that_is_all_covered_may_be_another_persons():
     cut[[20, 32]] = True
     found, index = status == "converged", np.arange(100, 147)
     (line,) = unlike_shots(found, status, cut, index)
-    assert line.startswith("no frame of the shot from 120 to 131 is tracked")
+    assert line.startswith("no frame of the shot from frame 120 to 131 is tracked")
     assert unlike_shots(found, status, np.zeros(47, bool), index) == []  # a hand, say
     some = np.where(np.arange(47) == 25, "converged", status)
     assert unlike_shots(some == "converged", some, cut, index) == []
+    gone = np.where(np.arange(47) == 25, "face not found", status)
+    assert len(unlike_shots(found, gone, cut, index)) == 1
     none = np.full(47, "mouth covered")
     assert unlike_shots(none == "converged", none, cut, index) == []  # there is no other person

@@ -352,3 +352,12 @@ def test_times_of_long_clips_have_as_many_decimals():
     _, row = written(closure_table([Closure(1, 2, times[0], times[1], 0.5)]))
     assert row[:2] == ["12000.000000", "12000.004167"]
     assert float(row[2]) == pytest.approx(1 / 240, rel=1e-4)  # how long the lips were closed
+
+
+def test_a_shot_that_is_all_covered_is_in_the_summary():
+    recorder = Recorder(toy_setting())
+    for k in range(40):
+        hidden = replace(lost_result(k), status="mouth covered", covered=True, cut=k == 15)
+        recorder.add(hidden if 15 <= k < 30 else replace(toy_result(k), cut=k == 30))
+    said = recorder.record().summary["warnings"]
+    assert sum("no frame of the shot from frame 15 to 29 is tracked" in w for w in said) == 1
