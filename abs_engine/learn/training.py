@@ -93,8 +93,8 @@ def train(
     TooFewPointsError
         If dots were not observed at all, or lost in so many frames that too few are left.
     ParameterError
-        If the frames do not span so many modes, there is no such person, the dots are not his, or
-        two of them, or left and right, have each other's place.
+        If the dots hardly move, the frames do not span so many modes, there is no such person, the
+        dots are not his, or two of them, or left and right, have each other's place.
     """
     shell = cut_lip_shell(speaker) if shell is None else shell
     dots = observations.of(LIPS16)
@@ -107,7 +107,8 @@ def train(
     used, later = frames[:n_train], frames[n_train:]
     whole = np.asarray(believed.known.all(axis=1))
     tested = later[whole[later]]
-    laid = correspond(speaker, shell, believed.dots[used], person)
+    laid = correspond(speaker, shell, believed.dots[used], person)  # it refuses other units
+    _check_moved(believed.dots[used])
     both = np.concatenate([used, tested])
     goals = laid.goals(believed.dots[both])
     moved = reached(shell, laid, goals)
@@ -202,6 +203,18 @@ def _check_usable(usable: int, frames: int, n_train: int) -> None:
             f"{LEARNING.fewest_dots} of the {len(LIPS16)} dots or more were found in {usable} "
             f"of {frames} frames, {n_train} are to be learned from",
             "correct the lost dots, film more frames, or learn from fewer (--train)",
+        )
+
+
+def _check_moved(dots: FloatArray) -> None:
+    """Refuse dots (T, K, 3), mm, that stay where they are."""
+    away = np.linalg.norm(dots - dots.mean(axis=0), axis=2)
+    moved = float(np.sqrt((away**2).mean()))
+    if moved < LEARNING.least_moved:
+        raise ParameterError(
+            f"the dots move by {moved:.2f} mm in the {len(dots)} frames to learn from; speech "
+            "moves them by several",
+            "film the person speaking, or learn from other frames (--train)",
         )
 
 
