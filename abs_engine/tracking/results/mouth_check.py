@@ -4,7 +4,7 @@ A head that is followed by its texture or by the lips' colour may lie beside the
 much of the picture there, as cheeks explain cheeks. Some frames are shown to the landmark network.
 
 So are those of learned lips, wherever the head is placed: landmarks are fitted by the lips' own
-modes there, and where these cannot open, neither measure is of an open mouth.
+modes there, and where these cannot open, or close, neither measure is of a mouth that does.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from abs_engine.tracking.detection.face_choice import faces_seen
 from abs_engine.tracking.detection.landmarks import OUTER_RING, Landmarks
 from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.results.run_table import closed_frames
-from abs_engine.tracking.results.run_warnings import mouth_otherwise, never_open
+from abs_engine.tracking.results.run_warnings import hardly_moves, mouth_otherwise, never_open
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 
@@ -27,8 +27,8 @@ class MouthCheck:
     Parameters
     ----------
     setting : ClipSetting
-        Of a head that landmarks place, only frames in which learned lips are drawn closed are
-        looked at; of a mouth in a close-up, none.
+        Of a head that landmarks place, only learned lips are looked at; of a mouth in a close-up,
+        none.
     """
 
     def __init__(self, setting: ClipSetting) -> None:
@@ -38,33 +38,42 @@ class MouthCheck:
         self._asked = asked and OPENING not in setting.face.appearance
         self._next, self._step = 0, max(1, round(FRAME_LOOP.look_apart * setting.rate))
         self._elsewhere: list[bool] = []
-        self._looks = self._shut = 0
+        self._apertures: list[float] = []
+        self._openness: list[tuple[float, ...]] = []  # of each face that is seen
 
     def add(self, image: Image, result: FrameResult) -> None:
         """Look at the next frame (H, W, 3) RGB, or leave it out."""
         pose, setting = result.pose, self._setting
         if not self._asked or not result.found or pose is None:
             return
-        shut = bool(closed_frames(result.aperture))
-        if result.index < self._next or (self._placed and not shut):
+        if result.index < self._next:
             return
         self._next = result.index + self._step
         seen = [marks for _, marks in faces_seen(image)]
-        self._looks += 1
-        if self._looks % FRAME_LOOP.looks == 0:  # a long clip is looked at less often
+        self._apertures.append(result.aperture)
+        self._openness.append(tuple(one.openness for one in seen))
+        if len(self._openness) % FRAME_LOOP.looks == 0:  # a long clip is looked at less often
             self._step *= 2
-        if seen:
+        if seen and not self._placed:
             drawn = setting.camera.project(pose.apply(result.lips[: setting.face.ring_sizes[0]]))
-            self._elsewhere.append(not self._placed and all(_elsewhere(drawn, k) for k in seen))
-            parted = all(one.openness > FRAME_LOOP.parted for one in seen)
-            self._shut += parted and shut
+            self._elsewhere.append(all(_elsewhere(drawn, k) for k in seen))
 
     def warnings(self) -> list[str]:
-        """Those of mouths that lie elsewhere, or are closed and seen open, in too many frames."""
-        elsewhere, seen = sum(self._elsewhere), len(self._elsewhere)
+        """Those of mouths that lie elsewhere, or are drawn otherwise than seen, in many frames."""
+        apertures = np.array(self._apertures)
+        least = np.array([min(one, default=np.nan) for one in self._openness])
+        closed = closed_frames(apertures)
+        shut = int((closed & (least > FRAME_LOOP.parted)).sum())
         if self._placed:
-            return never_open(self._shut, seen, self._looks)
-        return mouth_otherwise(elsewhere, self._shut, seen, self._looks)
+            seen, looks = int((closed & np.isfinite(least)).sum()), int(closed.sum())
+            said = never_open(shut, seen, looks)
+        else:
+            elsewhere, seen = sum(self._elsewhere), len(self._elsewhere)
+            said = mouth_otherwise(elsewhere, shut, seen, len(apertures))
+        if said or not self._setting.learned_lips:
+            return said
+        sole = np.array([len(one) == 1 for one in self._openness], np.bool_)
+        return hardly_moves(apertures[sole], least[sole])
 
 
 def _elsewhere(drawn: FloatArray, seen: Landmarks) -> bool:

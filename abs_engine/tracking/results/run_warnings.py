@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import BoolArray, IntArray
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.words import counted, each_counted
 from abs_engine.face.appearance.colour import shows_lips
 from abs_engine.face.appearance.exposure import USUAL, Exposure
@@ -78,6 +78,11 @@ NEVER_OPEN = (
     "in {} of {} that were looked at, of those in which the mouth is drawn closed, a landmark "
     "network sees it open: look at the overlay; the learned lips may be unable to open as this "
     "mouth does; track without them (--physics, --model, --preset)"
+)
+HARDLY_MOVES = (
+    "in {} that were looked at the aperture varies by {:.1f} mm; by how a landmark network sees "
+    "the mouth, it should by about {:.0f} mm: look at the overlay; the learned lips may be unable "
+    "to move as this mouth does; track without them (--physics, --model, --preset)"
 )
 SMALL_MOUTH = (
     "the mouth is only {} wide in the picture: below {:.0f} its openings are hardly followed; give "
@@ -206,6 +211,19 @@ def never_open(shut: int, seen: int, looked_at: int) -> list[str]:
     if 2 * seen < looked_at or not _many(shut, seen):
         return []
     return [NEVER_OPEN.format(shut, counted(seen, "frame"))]
+
+
+def hardly_moves(apertures: FloatArray, openness: FloatArray) -> list[str]:
+    """Warning that learned lips hardly open and close where the mouth is seen to, if they do not.
+
+    Both are of the same frames (N,): apertures as drawn, mm, and `Landmarks.openness`.
+    """
+    if len(openness) < FRAME_LOOP.fewest_looks or openness.std() < FRAME_LOOP.openness_varies:
+        return []
+    moved, seen = float(apertures.std()), FRAME_LOOP.openness_mm * float(openness.std())
+    if moved > FRAME_LOOP.least_following * seen:
+        return []
+    return [HARDLY_MOVES.format(counted(len(openness), "frame"), moved, seen)]
 
 
 def _many(shut: int, seen: int) -> bool:

@@ -144,6 +144,19 @@ class FrameSettings:
         Height between the inner lips, above which the landmark network sees an open mouth. Chosen
         on the same: 0.002 at most where lips are closed, also in runs by landmarks; where they are
         not, but are drawn closed, 0.07 to 0.2. In p09 to p16 0.03 at most and 0.05 to 0.17.
+    openness_mm : float, mm
+        Aperture that goes with an openness of 1 in distances of the eyes' outer corners. Measured
+        in three runs with learned lips, drawn and filmed: standard deviations of both have ratios
+        of 105, 111 and 128.
+    openness_varies : float, standard deviation
+        Of openness, from which on lips are seen to open and close. Measured in the same: 0.029 to
+        0.041.
+    least_following : float, share
+        Of how apertures of learned lips vary, over how they should by openness, below which a run
+        warns. Measured: 0.95 and more in the same; 0.00 with lips that were learned of a mouth that
+        stays as it is, open or closed.
+    fewest_looks : int, frames
+        For that warning. Not measured; a clip of three seconds has 8.
     look_apart : float, s
         From one frame that is looked at for these to the next. Not measured.
     looks : int, frames
@@ -248,6 +261,10 @@ class FrameSettings:
     mouth_away: float = 0.04
     mouth_sizes: tuple[float, float] = (0.75, 1.3)
     parted: float = 0.04
+    openness_mm: float = 110.0
+    openness_varies: float = 0.02
+    least_following: float = 0.3
+    fewest_looks: int = 5
     look_apart: float = 0.4
     looks: int = 8
     face_square: float = 175.0

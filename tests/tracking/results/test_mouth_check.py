@@ -122,6 +122,28 @@ def test_learned_lips_that_cannot_open_are_noticed_though_landmarks_place_the_he
     assert warned(closed, made=placed) == []
 
 
+@pytest.mark.parametrize("placed", [None, object()])
+def test_learned_lips_that_hardly_move_are_noticed_though_they_are_open(placed, monkeypatch):
+    made, apart = setting(landmarks=placed, learned_lips=True), round(FRAME_LOOP.look_apart * 25)
+
+    def said(apertures, openness, made=made, beside=()):
+        left = iter(openness)
+        monkeypatch.setattr(
+            mouth_check, "faces_seen", lambda _: [*map(open_by, beside), open_by(next(left))]
+        )
+        looked = enumerate(apertures)
+        return warned([replace(result(k * apart), aperture=a) for k, a in looked], made=made)
+
+    moving = [0.0, 0.1, 0.05, 0.1, 0.0, 0.1]
+    still, following = [3.0, 3.1, 3.0, 3.1, 3.0, 3.0], [110 * x + 2 for x in moving]
+    (line,) = said(still, moving)
+    assert line.startswith("in 6 frames that were looked at the aperture varies by 0.0 mm; by how")
+    assert "it should by about 5 mm: look" in line
+    assert said(following, moving) == said(still, [0.05] * 6) == said(still[:4], moving[:4]) == []
+    assert said(still, moving, made=setting(landmarks=placed)) == []
+    assert said(still, moving, beside=[0.0]) == []  # which of the two is drawn is not known
+
+
 def test_lost_frames_and_pictures_without_a_face_do_not_count():
     assert warned([lost_result(k) for k in range(30)]) == []
     assert warned([result(right=40.0)], BLANK) == []
