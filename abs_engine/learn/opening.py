@@ -53,6 +53,13 @@ class LabelledMouth:
     spot: MouthSpot
 
     @property
+    def parted(self) -> bool:
+        """Whether the lips are labelled as open."""
+        gaps = np.linalg.norm(self.points[_UPPER] - self.points[_LOWER], axis=1)
+        width = float(np.linalg.norm(self.points[1] - self.points[0]))
+        return float(gaps.max()) > LEARNING.opening_parted * width
+
+    @property
     def mirrored(self) -> LabelledMouth:
         """The same in a mirror."""
         last = self.image.shape[1] - 1
@@ -68,15 +75,19 @@ def spot_of(points: Sequence[FloatArray]) -> MouthSpot:
 
 
 def doubt(mouths: Sequence[LabelledMouth]) -> list[str]:
-    """A warning if there are few labelled frames or videos to learn from; else none."""
-    videos = len({mouth.spot for mouth in mouths})
-    if len(mouths) >= LEARNING.opening_frames and videos >= LEARNING.opening_videos:
-        return []
-    return [
-        f"warning: {counted(len(mouths), 'frame')} of {counted(videos, 'video')} may show too "
-        f"little to learn from; label {LEARNING.opening_frames} or more, of at least "
-        f"{LEARNING.opening_videos} people"
-    ]
+    """Warnings of few labelled frames or videos to learn from, and of none with closed lips."""
+    said, videos = [], len({mouth.spot for mouth in mouths})
+    if len(mouths) < LEARNING.opening_frames or videos < LEARNING.opening_videos:
+        said.append(
+            f"warning: {counted(len(mouths), 'frame')} of {counted(videos, 'video')} may show too "
+            f"little to learn from; label {LEARNING.opening_frames} or more, of at least "
+            f"{LEARNING.opening_videos} people"
+        )
+    if all(mouth.parted for mouth in mouths):
+        said.append(
+            "warning: no closed mouth is labelled, so closed lips may come out open; label some"
+        )
+    return said
 
 
 def learn_opening(mouths: Sequence[LabelledMouth], seed: int = 0) -> OpeningLooks:

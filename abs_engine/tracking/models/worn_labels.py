@@ -31,7 +31,7 @@ def read_mouths(path: Path) -> list[LabelledMouth]:
     InputFileError, VideoError
         If the table or a video cannot be read, a cell is empty, a frame is labelled twice or is no
         whole number, points are not where their names say or no pixels of the picture, or a video
-        ends before a frame.
+        ends before a frame; or if no mouth is open.
     """
     table = read_table(path)
     table.require(("video", "frame", *COLUMNS), _REMEDY)
@@ -58,6 +58,10 @@ def read_mouths(path: Path) -> list[LabelledMouth]:
             raise InputFileError(
                 f"{video} has no frame {min(points)}", f"count frames from 0 in {path}"
             )
+    if not any(mouth.parted for mouth in found):
+        raise InputFileError(
+            f"{path}: no open mouth is labelled", "label frames in which the lips are parted, too"
+        )
     return found
 
 

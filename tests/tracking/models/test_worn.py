@@ -109,8 +109,11 @@ def folder(tmp_path_factory):
 def test_few_labelled_frames_or_videos_are_warned_of(frames, videos, warned):
     points = inner_points("amara", 0.5)
     spots = [spot_of([points + k]) for k in range(videos)]
-    mouths = [LabelledMouth(np.zeros((2, 2, 3), np.uint8), points, spots[k % videos])
-              for k in range(frames)]  # fmt: skip
+    closed = points.copy()
+    closed[2::2] = closed[3::2]
+    mouths = [LabelledMouth(np.zeros((2, 2, 3), np.uint8), at, spots[k % videos])
+              for k, at in enumerate([closed] + [points] * (frames - 1))]  # fmt: skip
+    assert doubt(mouths[1:])[-1].startswith("warning: no closed mouth is labelled")
     said = doubt(mouths)
     assert len(said) == warned
     assert not said or f"warning: {frames} frames of {videos} videos may show too" in said[0]
@@ -212,6 +215,22 @@ def one_line(capsys) -> str:
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1, lines
     return lines[0]
+
+
+def shut(row):
+    """The same label with closed lips; a label by hand may be off by a pixel."""
+    points = np.reshape(row[2:], (8, 2))
+    points[2::2] = points[3::2] - [0, 0.5]
+    return [*row[:2], *points.ravel()]
+
+
+def test_labels_of_closed_mouths_alone_are_refused(folder, tmp_path, capsys):
+    for name in [f"{person}.mp4" for person in LABELLED]:
+        (tmp_path / name).symlink_to(folder / name)
+    labels = str(write_labels(tmp_path, shut))
+    assert main(["mouths", labels, "-o", str(tmp_path / "out.face"), "--quiet"]) == 2
+    assert "labels.csv: no open mouth is labelled; label frames in which" in one_line(capsys)
+    assert not (tmp_path / "out.face").exists()
 
 
 def exchanged(flat, one, other):
