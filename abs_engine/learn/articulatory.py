@@ -72,9 +72,11 @@ def build(
         If points are missing and may not be, a predictor has none, or there are not more visemes
         than parameters.
     ParameterError
-        If a predictor asks for an unknown group, or finds nothing left to explain.
+        If a predictor asks for an unknown group, or finds nothing left to explain, or no point
+        moves.
     """
     estimator = GuidedPCA(corpus.names, corpus.groups, predictors, missing).fit(corpus.points)
+    _check_moved(corpus)
     model = replace(estimator.model_, source=corpus.source)
     kept = np.isin(corpus.names, model.names)
     own = Corpus(
@@ -85,6 +87,19 @@ def build(
     errors = np.linalg.norm(own.points - model.points(alpha), axis=2)
     filled = estimator.left_out_, estimator.imputed_, estimator.unsettled_
     return Build(model, own, alpha, errors, *filled)
+
+
+def _check_moved(corpus: Corpus) -> None:
+    """Refuse visemes that are one posture: a model of them would be one of errors."""
+    points = corpus.points[:, np.isfinite(corpus.points).all(axis=2).any(axis=0)]
+    away = np.linalg.norm(points - np.nanmean(points, axis=0), axis=2)
+    most = float(np.sqrt(np.nanmean(away**2, axis=0)).max(initial=0.0))
+    if most < LEARNING.least_articulated:
+        raise ParameterError(
+            f"no point moves by more than {most:.2f} mm over the visemes, where jaw and lips move "
+            "by several",
+            "check which frames the visemes are",
+        )
 
 
 def _inverted(model: ArticulatoryModel, viseme: str, points: FloatArray) -> FloatArray:

@@ -199,12 +199,19 @@ def nowhere(points: np.ndarray) -> np.ndarray:
     return points
 
 
+def noise(points: np.ndarray) -> np.ndarray:
+    """One posture, measured again and again."""
+    own = np.random.default_rng(0).normal(0, 0.01, points[:, :12].shape)
+    return np.concatenate([points[:1, :12] + own, points[:, 12:]], axis=1)
+
+
 @pytest.mark.parametrize(
     ("points", "more", "said"),
     [
         (lambda p: p[:2], (), "2 visemes for 2 parameters"),
         (nowhere, ("--missing", "impute"), "viseme 'v$2$': 0 points do not determine"),
         (lambda p: p[:, :, :] * 0 + p[:1], (), "nothing left to explain"),
+        (noise, (), "no point moves by more than 0.02 mm over the visemes, where jaw and lips"),
         (lambda p: p, ("--without", "p50"), "neither a viseme nor a point 'p50'"),
         (lambda p: p, ("--person", "clara"), "CORPUS and --person were given"),
         (lambda p: p, ("--predictors", "none.toml"), "none.toml does not exist"),
