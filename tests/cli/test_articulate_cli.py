@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from drawn import speaker
 from made_visemes import GROUPS, NAMES, visemes
 from marker_files import write_c3d, write_long, write_wide
 from short import first_figure
@@ -18,10 +19,11 @@ from abs_engine.cli import main
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.core.provenance import described
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
-from abs_engine.learn.articulatory import leave_out_in_turn
+from abs_engine.learn.articulatory import build, leave_out_in_turn
 from abs_engine.report.articulation import report
 from abs_engine.report.articulation.applied import Applied
 from abs_engine.report.articulation.predictor_file import predictors_text, read_predictors
+from abs_engine.studio.corpus import speak_corpus
 
 TEETH = ("right", "left", "front")
 MARKS = np.array([[-25.0, 0, -35], [25, 0, -35], [0, 0, 0]])
@@ -341,8 +343,49 @@ def test_a_marker_that_flew_off_is_named_with_its_frame(tmp_path: Path, capsys):
     check_refused(wild, capsys, words, f"{words[1]}: in frame 10")
     more = ["--model", str(tmp_path / "model" / "model.npz"), "-o", str(tmp_path / "talk.csv")]
     assert main([*words[:4], *more]) == 0
-    assert "warning: in 1 frame the points lie far" in (out := capsys.readouterr().out)
+    assert "warning: in 1 frame points lie far" in (out := capsys.readouterr().out)
     assert "10 (p3)" in out
+
+
+@pytest.fixture(scope="module")
+def talker(tmp_path_factory):
+    """The corpus of a bundled person, its folder, and that of its model."""
+    folder = tmp_path_factory.mktemp("talker")
+    corpus = speak_corpus(speaker(), speaker().named("clara")).corpus
+    build(corpus).model.save(folder / "model.npz")
+    return corpus, folder
+
+
+def applied(talker, tmp_path, capsys, points) -> tuple[int, str]:
+    """The exit status for points (T, 275, 3) in the corpus's frame, and what is said."""
+    corpus, folder = talker
+    np.savez(tmp_path / "talk.npz", names=np.array(corpus.names), points=points)
+    words = ["articulate", tmp_path / "talk.npz", "--model", folder / "model.npz"]
+    status = main([*map(str, words), "-o", str(tmp_path / "talk.csv")])
+    return status, "".join(capsys.readouterr())
+
+
+def test_two_of_many_points_that_are_exchanged_in_a_frame_are_warned_of(talker, tmp_path, capsys):
+    points, lips = talker[0].points.copy(), talker[0].names.index(talker[0].groups["lips"][0])
+    assert "warning" not in applied(talker, tmp_path, capsys, points)[1]
+    (tmp_path / "talk.csv").unlink()
+    other = int(np.abs(np.linalg.norm(points[7] - points[7, lips], axis=1) - 44).argmin())
+    points[7, [lips, other]] = points[7, [other, lips]]
+    status, said = applied(talker, tmp_path, capsys, points)
+    assert status == 0
+    assert "warning: in 1 frame points lie far from the model's; check the markers" in said
+    assert any(f"named): 7 ({talker[0].names[k]})" in said for k in (lips, other))
+
+
+@pytest.mark.parametrize("scale", [1e-3, 0.1, 1e3])
+def test_points_of_another_unit_than_the_model_s_are_refused(talker, tmp_path, capsys, scale):
+    points = talker[0].points * scale
+    points[3] = points[4, 1:] = np.nan
+    status, said = applied(talker, tmp_path, capsys, points)
+    assert status == 2
+    assert "mm from end to end, the model's" in said
+    assert len(said.splitlines()) == 1
+    assert not (tmp_path / "talk.csv").exists()
 
 
 def test_points_that_bear_each_other_s_names_are_named_with_their_frames(tmp_path: Path, capsys):
@@ -423,7 +466,7 @@ def test_a_recording_that_does_not_fit_is_one_line(tmp_path, capsys, names, poin
 
 def test_names_are_quoted_in_the_table_of_parameters():
     alpha, one = np.array([[1.0, np.nan]]).T, np.array([0.5, np.nan])
-    done = Applied(('a "b"',), alpha, one, np.array([4, 0]), (), ("p", ""), first=7)
+    done = Applied(('a "b"',), alpha, one, np.array([4, 0]), (), ("p", ""), one, first=7)
     rows = list(csv.reader(done.as_csv().splitlines()))
     assert rows == [
         ["frame", 'a "b"', "rms_mm", "points"], ["7", "1.0000", "0.5000", "4"], ["8", "", "", "0"]

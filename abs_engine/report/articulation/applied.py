@@ -13,6 +13,10 @@ from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.errors import ParameterError, TooFewPointsError
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 
+_LEAST_SIZE = 0.2
+"""Of points, in sizes of the model's own, or the reverse: few points differ by less, units by more.
+"""
+
 
 @dataclass(frozen=True, eq=False)
 class Applied:
@@ -33,6 +37,8 @@ class Applied:
     farthest : tuple of str
         The point of each frame that is farthest from where the model puts it; empty where the
         frame has no parameters.
+    off : (T,) float64, mm
+        Distance of that point from there; NaN where the frame has no parameters.
     first : int
         Number of the first frame.
     """
@@ -43,6 +49,7 @@ class Applied:
     seen: IntArray
     lacking: tuple[str, ...]
     farthest: tuple[str, ...]
+    off: FloatArray
     first: int = 0
 
     @property
@@ -79,7 +86,7 @@ def apply_model(
     Raises
     ------
     ParameterError
-        If none of the points is the model's.
+        If none of the points is the model's, or they are in another unit.
     TooFewPointsError
         If no frame has enough of them.
     """
@@ -92,6 +99,7 @@ def apply_model(
         )
     placed = np.full((len(points), len(model.names), 3), np.nan)
     placed[:, own] = points[:, [at[model.names[k]] for k in own]]
+    _check_unit(model, placed)
     alpha = np.array([_inverted(model, frame) for frame in placed])
     away = np.linalg.norm(placed - model.points(alpha), axis=2)
     there = np.isfinite(placed).all(axis=2)
@@ -104,16 +112,40 @@ def apply_model(
     count = np.maximum(there.sum(axis=1), 1)
     error = np.sqrt((np.where(there, away, 0.0) ** 2).sum(axis=1) / count)
     seen = there.any(axis=0)
+    known = np.where(there, away, -1.0)
     return Applied(
         model.parameters, alpha, np.where(found, error, np.nan),
         np.asarray(there.sum(axis=1), np.int64),
         tuple(name for name, ever in zip(model.names, seen, strict=True) if not ever),
         tuple(
             model.names[int(k)] if ok else ""
-            for k, ok in zip(np.where(there, away, -1.0).argmax(axis=1), found, strict=True)
+            for k, ok in zip(known.argmax(axis=1), found, strict=True)
         ),
-        first,
+        np.where(found, known.max(axis=1), np.nan), first,
     )  # fmt: skip
+
+
+def _check_unit(model: ArticulatoryModel, placed: FloatArray) -> None:
+    """Refuse frames (T, N, 3) of a model's points that are not of the size of its own."""
+    there = np.isfinite(placed).all(axis=2)
+    several = np.asarray(there.sum(axis=1) > 1)
+    if not several.any():
+        return
+    usual, size = (
+        float(np.median(_extents(np.where(there[..., None], p, np.nan)[several])))
+        for p in (model.mean, placed)
+    )
+    if not _LEAST_SIZE * usual <= size <= usual / _LEAST_SIZE:
+        raise ParameterError(
+            f"the points measure {size:.2g} mm from end to end, the model's {usual:.0f}",
+            "are they in mm? say with --unit what they are in",
+        )
+
+
+def _extents(points: FloatArray) -> FloatArray:
+    """Diagonals (T,) of the boxes around points (T, N, 3), NaN where one is missing."""
+    span = np.nanmax(points, axis=1) - np.nanmin(points, axis=1)
+    return np.asarray(np.linalg.norm(span, axis=1))
 
 
 def _inverted(model: ArticulatoryModel, points: FloatArray) -> FloatArray:
