@@ -69,6 +69,23 @@ def test_a_head_in_metres_with_z_up_comes_into_the_head_frame(made):
     assert set(made.missing) == set(FACE_UNITS) - set(FEW)
 
 
+def test_painted_brows_lie_above_the_lids(made):
+    """Closed eyes were black patches: the upper lids had been painted with the brows."""
+    head = made.speaker
+    across = head.uv[:, 0] * head.texture("neutral").shape[1]
+    colour = head.texture("neutral")[0, np.clip(across.astype(int), 0, None)].astype(float)
+    skin = np.unique(facets_of(head, "skin"))
+    dark = skin[colour[skin].sum(axis=1) < 300]
+    moved = np.linalg.norm(head.unit_matrix(("eyeBlinkLeft", "eyeBlinkRight")), axis=2).max(axis=0)
+    assert moved[dark].max() < 0.35 * moved.max()
+    eyes = head.vertices[head.landmarks["eye_corners"]]
+    for side in (-1, 1):
+        brow = head.vertices[dark[side * head.vertices[dark, 0] > 0]]
+        assert len(brow) > 20
+        assert np.ptp(brow[:, 0]) > 0.8 * np.linalg.norm(eyes[0] - eyes[1])
+        assert 6 < brow[:, 1].mean() - eyes[:, 1].mean() < 20
+
+
 def test_lips_are_found_between_their_contours(folder):
     bare = "[regions]\nLips = 'skin'\n"
     (folder / "bare.toml").write_text(table(HEAD, more=bare))

@@ -13,7 +13,16 @@ from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.geometry import check_mesh, vertex_normals
 from abs_engine.face.base import lip_gap
-from abs_engine.face.schema import CLASS_NAMES, COMPONENT, FACE_UNITS, ICT_68, PERSON, Unit
+from abs_engine.face.schema import (
+    CLASS_NAMES,
+    COMPONENT,
+    FACE_UNITS,
+    ICT_68,
+    PERSON,
+    Pair,
+    Unit,
+    units_of,
+)
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.io.morphs.mesh import displacement
@@ -113,7 +122,9 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
     whole, added = _completed(whole, contours, float(np.linalg.norm(jaw[marks.chin[0]])))
     missing = tuple(n for n, d in zip(FACE_UNITS, units, strict=True) if not d.any())
     identity = _identity(mesh, table.people, frame, origin, marks)
-    uv, painted = paint(whole.vertices, whole.faces, whole.classes, marks)
+    blinks = whole.units[[FACE_UNITS.index(unit) for unit in units_of(Pair.EYE_BLINK)]]
+    blinked = np.linalg.norm(blinks.astype(np.float64), axis=2).max(axis=0)
+    uv, painted = paint(whole.vertices, whole.faces, whole.classes, marks, blinked)
     looks = {NEUTRAL: painted}
     if textures:
         uv, looks = laid(mesh.uv_of_vertices(), textures, uv, painted)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import FloatArray
 from abs_engine.face.schema import CLASS_NAMES
 from abs_engine.learn.heads.marks import Marks
+from abs_engine.learn.heads.settings import HEAD_IMPORT
 
 _STRIP = {
     "brow": (62, 44, 36), "skin": (205, 158, 132), "lips": (168, 96, 92), "inner": (58, 24, 22),
@@ -35,9 +36,16 @@ _BROW_UP, _BROW_WIDE, _BROW_HIGH = 0.52, 0.75, 0.13
 
 
 def paint(
-    vertices: FloatArray, faces: NDArray[np.integer], classes: NDArray[np.uint8], marks: Marks
+    vertices: FloatArray,
+    faces: NDArray[np.integer],
+    classes: NDArray[np.uint8],
+    marks: Marks,
+    blinks: FloatArray,
 ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-    """Places (V, 2) of vertices (V, 3), mm, on a texture, and that, (H, W, 3) uint8 RGB."""
+    """Places (V, 2) of vertices (V, 3), mm, on a texture, and that, (H, W, 3) uint8 RGB.
+
+    `blinks` (V,), mm, is how far eyes that close move each vertex.
+    """
     order = list(_STRIP)
     at = np.full(len(vertices), order.index("skin"), np.float64)
     for name, colour in _OF_CLASS.items():
@@ -46,7 +54,8 @@ def paint(
     at[skin] = order.index("skin")
     lips = np.isin(classes, [CLASS_NAMES.index(n) for n in ("upper_lip", "lower_lip")])
     at[np.setdiff1d(faces[lips], skin)] = order.index("lips")
-    at[skin] -= _brows(vertices[skin], vertices[marks.eye_corners])
+    lids = blinks > HEAD_IMPORT.lid * max(float(blinks.max()), 1e-9)
+    at[skin] -= ~lids[skin] * _brows(vertices[skin], vertices[marks.eye_corners])
     eyes = np.unique(faces[classes == CLASS_NAMES.index("eyes")])
     for side in (-1, 1):
         own = eyes[side * vertices[eyes, 0] > 0]
