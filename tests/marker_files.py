@@ -37,6 +37,21 @@ def write_c3d(
     return path
 
 
+def write_analog(path: Path) -> Path:
+    """A C3D file of an analog channel, without points, as of a recording of forces."""
+    writer, made = c3d.Writer(point_rate=60.0, analog_rate=60.0), io.BytesIO()
+    writer.set_point_labels(["a", "b"])
+    writer.set_analog_labels(["force"])
+    writer.add_frames([(np.zeros((2, 5), np.float32), np.zeros((1, 1), np.float32))])
+    writer.write(made)
+    content = bytearray(made.getvalue())
+    used = content.rindex(b"USED") + 8  # of POINT, behind ANALOG's
+    for place in (2, used):  # the header's number, too
+        content[place : place + 2] = bytes(2)
+    path.write_bytes(content)
+    return path
+
+
 def write_wide(path: Path, names: tuple[str, ...], points: np.ndarray, time: bool = True) -> Path:
     head = ["time" if time else "frame", *(f"{n}_{c}" for n in names for c in "xyz")]
     lines = [",".join(head)]

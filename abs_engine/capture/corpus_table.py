@@ -10,7 +10,7 @@ from typing import Any
 from abs_engine.core.errors import InputFileError
 from abs_engine.io.csv_table import Table
 from abs_engine.io.csv_table import read_table as read_cells
-from abs_engine.io.inputs import check_file, name_problem, parse_json
+from abs_engine.io.inputs import name_problem, parse_json, read_text
 
 HOW = "see 'abs-engine articulate --help'"
 _TEETH = ("right", "left", "front")
@@ -52,12 +52,11 @@ def read_table(path: Path) -> CorpusTable:
         printed.
     """
     path = Path(path)
-    check_file(path)
     try:
         if path.suffix.lower() == ".json":
-            return _from_json(path.read_text("utf-8-sig"))
+            return _from_json(read_text(path, HOW))
         return _from_csv(read_cells(path, small=True, remedy=HOW))
-    except (OSError, ValueError) as error:
+    except ValueError as error:
         raise InputFileError(f"{path} is not a table of a corpus ({error})", HOW) from error
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ModelFormatError, TooFewPointsError
 from abs_engine.io.csv_table import read_table
-from abs_engine.io.inputs import MOST, check_file, parse_json, to_number
+from abs_engine.io.inputs import MOST, parse_json, read_text, to_number
 
 FORMAT, VERSION = "abs_engine.dots", 1
 
@@ -181,11 +181,11 @@ def _short(text: str, most: int = 120) -> str:
 
 
 def _json_rows(path: Path) -> list[tuple[str, Mapping[str, object]]]:
-    check_file(path)
+    text = read_text(path, _REMEDY)
     try:
-        told = parse_json(path.read_text(encoding="utf-8-sig"))
+        told = parse_json(text)
         kind, rows = (told.get("format"), told.get("version")), told["points"]
-    except (OSError, ValueError, KeyError, AttributeError) as error:
+    except (ValueError, KeyError, AttributeError) as error:
         raise InputFileError(f"{path} is not a JSON file of points", _REMEDY) from error
     if kind != (FORMAT, VERSION) or type(kind[1]) is not int:
         raise ModelFormatError(

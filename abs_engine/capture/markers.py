@@ -130,8 +130,7 @@ def _read_c3d(path: Path, rate: float | None, unit: str | None) -> Markers:
             names, frames, told_rate, told_unit, expected = _c3d_parts(file)
     except _BROKEN as error:
         raise InputFileError(
-            f"{path} is not a C3D file that can be read ({' '.join(str(error).split()) or 'cut'})",
-            "export it again",
+            f"{path} is not a C3D file that can be read", "export it again"
         ) from error
     if len(frames) != expected:
         raise InputFileError(
@@ -158,6 +157,10 @@ def _read_c3d(path: Path, rate: float | None, unit: str | None) -> Markers:
 def _c3d_parts(file: BinaryIO) -> tuple[tuple[str, ...], list[FloatArray], float, str, int]:
     """Names, frames (N, 5), rate, unit (empty where it is not stated), number of frames."""
     reader = c3d.Reader(file)
+    if reader.analog_used and not reader.point_used:
+        raise InputFileError(
+            f"{file.name} holds no points, only analog channels", "export the markers, too"
+        )
     names = _labels(reader)[: reader.point_used]
     _check_unique(names)
     stated = reader.get("POINT.UNITS")

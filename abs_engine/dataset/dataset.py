@@ -15,7 +15,7 @@ from abs_engine.dataset.picture import AGAIN
 from abs_engine.dataset.sums import check_sums, read_sums
 from abs_engine.dataset.view import Truth, load_view
 from abs_engine.io.arrays import Layout, check_arrays, of_json, plain, real, text, whole
-from abs_engine.io.inputs import read_json
+from abs_engine.io.inputs import check_file, read_json
 
 _DEPTH = 2  # DATASET/CLIP/CAMERA
 _MOST_NAMED = 6
@@ -189,6 +189,7 @@ def read_record(folder: Path) -> Dataset:
         raise InputFileError(
             f"{folder} is not ground truth: {codec.DATASET} is missing", "check the path"
         )
+    check_file(path)
     try:
         record = read_json(path)
         kind = record["format"], record["version"]

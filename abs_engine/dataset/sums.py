@@ -14,6 +14,7 @@ from pathlib import Path
 from abs_engine.core.clock import TIMING
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.dataset.picture import AGAIN
+from abs_engine.io.inputs import check_file
 from abs_engine.io.naming import RECORD
 
 SUMS = "SHA256SUMS"
@@ -69,6 +70,7 @@ def read_sums(folder: Path) -> dict[str, str]:
     listed = folder / SUMS
     if not listed.is_file():
         raise InputFileError(f"{folder} is not a dataset: {SUMS} is missing", "check the path")
+    check_file(listed)
     text = listed.read_text(encoding="utf-8", errors="replace")
     lines = [_LINE.fullmatch(line) for line in text.split("\n")[:-1]]
     sums = {line["name"]: line["digest"] for line in lines if line}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import difflib
+import io
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ import numpy as np
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError
 from abs_engine.core.words import counted
-from abs_engine.io.inputs import check_file, to_number
+from abs_engine.io.inputs import read_text, to_number
 
 EVALUATE_HELP = "see 'abs-engine evaluate --help'"
 _SEPARATORS = {";": "semicolons", "\t": "tabs"}
@@ -113,16 +114,10 @@ def read_table(
         commas between columns, or a line has too few or too many cells.
     """
     path = Path(path)
-    check_file(path)
+    reader = csv.reader(io.StringIO(read_text(path, remedy), newline=""), skipinitialspace=True)
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file, skipinitialspace=True)
-            found = [(reader.line_num, row) for row in reader if _counts(row, empty_lines)]
-    except OSError as error:
-        raise InputFileError(
-            f"{path} cannot be read ({error.strerror})", "check the path"
-        ) from error
-    except (UnicodeDecodeError, csv.Error) as error:
+        found = [(reader.line_num, row) for row in reader if _counts(row, empty_lines)]
+    except csv.Error as error:
         raise InputFileError(f"{path} is not a CSV file", remedy) from error
     if len(found) < 2:
         raise InputFileError(

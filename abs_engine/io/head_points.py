@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.io.arrays import check_arrays, index, of_json
-from abs_engine.io.inputs import read_json
+from abs_engine.io.inputs import check_file, read_json
 
 POINTS, POINTS_FORMAT, POINTS_VERSIONS = "points.json", "abs_engine.points", (1, 2)
 
@@ -31,6 +31,7 @@ def load_points(path: Path, vertices: int, faces: int) -> dict[str, NDArray[np.i
     """
     if not path.is_file():
         return {}
+    check_file(path)
     again = "make it again with assets/speaker_points.py"
     try:
         told = read_json(path)

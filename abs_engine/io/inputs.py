@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import errno
 import json
 import math
@@ -34,20 +35,54 @@ def is_there(path: Path) -> bool:
     try:
         return path.exists()
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputFileError(
-            f"{str(path)!r} cannot be read ({reason})", "check the path, and who may read it"
-        ) from error
+        raise _unreadable(path, error) from error
 
 
 def check_file(path: Path, remedy: str = "check the path") -> None:
-    """Raise `InputFileError` for what is not there, no file, or larger than `MOST_BYTES`."""
+    """Raise `InputFileError` for what is not there, no file, locked, or beyond `MOST_BYTES`."""
     if not is_there(path):
         raise InputFileError(f"{path} does not exist", remedy)
     if not path.is_file():
         raise InputFileError(f"{path} is not a file", remedy)
     if path.stat().st_size > MOST_BYTES:
         raise InputFileError(f"{path} is larger than {MOST_BYTES >> 20} MiB", "give a smaller file")
+    try:
+        path.open("rb").close()
+    except OSError as error:
+        raise _unreadable(path, error) from error
+
+
+def _unreadable(path: Path, error: OSError | ValueError) -> InputFileError:
+    reason = getattr(error, "strerror", None) or error
+    return InputFileError(
+        f"{str(path)!r} cannot be read ({reason})", "check the path, and who may read it"
+    )
+
+
+def read_text(path: Path, remedy: str = "check the path") -> str:
+    """Text of a file in UTF-8, with its own ends of lines, without a byte order mark.
+
+    Raises
+    ------
+    InputFileError
+        If it cannot be read, or is no such text; `remedy` says what to do about a file of no text.
+    """
+    check_file(path)
+    content = path.read_bytes()
+    try:
+        return _decoded(content)
+    except ValueError as error:
+        wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+        if b"\0" in content and not wide:
+            raise InputFileError(f"{path} is not text", remedy) from error
+        raise InputFileError(f"{path} is not text in UTF-8", "save it as UTF-8") from error
+
+
+def _decoded(content: bytes) -> str:
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ValueError("it is not text in UTF-8") from error
 
 
 def parse_json(text: str, *, gaps: bool = False) -> Any:
@@ -78,7 +113,7 @@ def read_json(path: Path, *, gaps: bool = False) -> Any:
     """Values of a JSON file; `ValueError` as by `parse_json`, `OSError` if it cannot be read."""
     if not path.is_file() or path.stat().st_size > MOST_BYTES:
         raise OSError(errno.EINVAL, "no ordinary file, or too large", str(path))
-    return parse_json(path.read_text(encoding="utf-8"), gaps=gaps)
+    return parse_json(_decoded(path.read_bytes()), gaps=gaps)
 
 
 def parse_toml(text: str) -> dict[str, Any]:
@@ -94,6 +129,20 @@ def parse_toml(text: str) -> dict[str, Any]:
     except RecursionError as error:
         raise ValueError(_TOO_DEEP) from error
     return _shallow(value)
+
+
+def read_toml(path: Path, remedy: str) -> dict[str, Any]:
+    """Values of a TOML file.
+
+    Raises
+    ------
+    InputFileError
+        If it cannot be read, or is no TOML; `remedy` says what to do.
+    """
+    try:
+        return parse_toml(read_text(path, remedy))
+    except ValueError as error:
+        raise InputFileError(f"{path} is not TOML ({error})", remedy) from error
 
 
 def to_number(cell: str, *, gaps: bool = False) -> float:

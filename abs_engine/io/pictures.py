@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 
 from abs_engine.core.errors import InputFileError
-from abs_engine.io.inputs import is_there
+from abs_engine.io.inputs import check_file
 
 MOST_PIXELS = 1 << 26
 """Of a picture, or of a frame of a video."""
@@ -26,9 +26,8 @@ def read_image(path: Path) -> NDArray[np.uint8]:
     InputFileError
         If it is missing, no picture, or larger than `MOST_PIXELS`.
     """
-    if not is_there(path):
-        raise InputFileError(f"{path} does not exist", "check the path")
-    image = decoded(path.read_bytes()) if path.is_file() else None
+    check_file(path)
+    image = decoded(path.read_bytes())
     if image is None:
         raise InputFileError(
             f"{path} is not a readable picture of at most {MOST_PIXELS / 1e6:.0f} megapixels",

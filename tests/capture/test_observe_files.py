@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from marker_files import write_c3d, write_long, write_wide
+from marker_files import write_analog, write_c3d, write_long, write_wide
 
 from abs_engine.capture.corpus_file import read_recording
 from abs_engine.capture.dot_annotations import LIPS17, Mark, initial_places, read_marks, write_marks
@@ -212,6 +212,7 @@ def test_broken_marker_files_are_one_line(tmp_path: Path, capsys: pytest.Capture
     cut.write_bytes(whole.read_bytes()[:-700])
     none.write_bytes(b"no markers at all" * 100)
     empty.write_bytes(b"")
+    analog = write_analog(tmp_path / "analog.c3d")
     gap = write_wide(tmp_path / "gap.csv", NAMES, talking(), time=False)
     gap.write_text("\n".join(line for k, line in enumerate(gap.read_text().split("\n")) if k != 3))
     words = write_wide(tmp_path / "words.csv", NAMES, talking())
@@ -231,7 +232,9 @@ def test_broken_marker_files_are_one_line(tmp_path: Path, capsys: pytest.Capture
     bare.write_text(whole_text.partition("\n")[2])
     decimals.write_text(whole_text.replace(".", ","))
     cases = [
-        (cut, "export it again"), (none, "not a C3D file"), (empty, "not a C3D file"),
+        (cut, "export it again"), (none, "not a C3D file that can be read; export"),
+        (empty, "not a C3D file that can be read; export"),
+        (analog, "holds no points, only analog channels"),
         (gap, "skips or repeats"), (words, "left"), (few, "4 of the 17 points are missing"),
         (noseless, "'nose', the origin of the head frame, is found in no frame"),
         (metres, "0.15 mm from end to end; are they in mm? say so with --unit"),

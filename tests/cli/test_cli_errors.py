@@ -294,7 +294,7 @@ def test_a_video_is_no_result(tmp_path, capsys):
     video = write_noise(tmp_path / "talk.mp4")
     truth = write_dataset(tmp_path / "truth", clip(4))
     assert main(["evaluate", str(video), "--truth", str(truth)]) == 2
-    assert "talk.mp4 is not a CSV file; give a run's folder or a CSV" in capsys.readouterr().err
+    assert "talk.mp4 is not text; give a run's folder or a CSV" in capsys.readouterr().err
     assert {path.name for path in tmp_path.iterdir()} == {"talk.mp4", "truth"}
 
 

@@ -490,7 +490,7 @@ def test_the_command_refuses_on_one_line(truth, dataset, tmp_path, capsys):
     assert "not ground truth" in fails(run, "--truth", tmp_path, "-o", out)
     junk = tmp_path / "junk.csv"
     junk.write_bytes(b"\xff\xfe\x00,\x81\n1,2\n")
-    assert "not a CSV file" in fails(junk, "--truth", dataset, "-o", out)
+    assert "not text in UTF-8; save it as UTF-8" in fails(junk, "--truth", dataset, "-o", out)
     assert not out.exists()
     assert not list(tmp_path.glob(".out-*"))
 

@@ -12,6 +12,7 @@ import signal
 import warnings
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from readable import READERS, Reader, came_of, problem
 
 from abs_engine.core.errors import AbsEngineError, InputFileError, ModelFormatError
 from abs_engine.io.arrays import check_arrays, index, of_json, real, text, truth, whole
-from abs_engine.io.inputs import MOST, parse_json, to_number
+from abs_engine.io.inputs import MOST, parse_json, read_json, read_toml, to_number
 from abs_engine.io.pictures import read_image
 
 EVERY = settings(deadline=None, database=None, derandomize=True)
@@ -71,6 +72,43 @@ def test_what_is_no_ordinary_file_is_never_waited_for(reader: Reader, tmp_path: 
     finally:
         signal.alarm(0)
         signal.signal(signal.SIGALRM, before)
+
+
+NEEDED = [reader for reader in OTHERS if "*" not in reader.unread]
+
+
+@pytest.mark.parametrize("reader", NEEDED, ids=lambda reader: reader.name)
+def test_a_file_that_may_not_be_read_is_not_called_damaged(
+    reader: Reader, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, _ = reader.put(tmp_path)
+    plain = Path.open
+
+    def locked(self: Path, *words: Any, **more: Any) -> Any:  # root may read everything
+        if self.samefile(path):
+            raise PermissionError(13, "Permission denied")
+        return plain(self, *words, **more)
+
+    monkeypatch.setattr(Path, "open", locked)
+    with pytest.raises(InputFileError, match=r"cannot be read \(Permission denied\)"):
+        reader.read(path)
+
+
+def test_text_is_read_with_a_byte_order_mark_and_in_utf_8_alone(tmp_path: Path) -> None:
+    path = tmp_path / "a.toml"
+    path.write_bytes("\ufeffname = 'ä'\r\n".encode())
+    assert read_toml(path, "check it") == {"name": "ä"}
+    path.write_bytes('\ufeff{"name": "ä"}'.encode())
+    assert read_json(path) == {"name": "ä"}
+    for coding in ("latin-1", "utf-16"):
+        path.write_bytes("name = 'ä'".encode(coding))
+        with pytest.raises(InputFileError, match=r"a.toml is not text in UTF-8; save it as UTF-8"):
+            read_toml(path, "check it")
+    with pytest.raises(ValueError, match="it is not text in UTF-8"):
+        read_json(path)
+    path.write_bytes(b"\x89PNG\0")
+    with pytest.raises(InputFileError, match=r"a.toml is not text; check it"):
+        read_toml(path, "check it")
 
 
 ANY = arrays_of.arrays(

@@ -205,7 +205,7 @@ def test_a_target_of_another_vertex_count_is_refused(folder, tmp_path):
     ("told", "error", "says"),
     [
         ("", ParameterError, "does not say where outer_lip, inner_lip, nose_tip"),
-        ("[landmarks", InputFileError, "is no TOML"),
+        ("[landmarks", InputFileError, "is not TOML"),
         ("[landmark]\n", ParameterError, "no section 'landmark'"),
         ("[units]\njawOpn = 'x'\n", ParameterError, "no face unit 'jawOpn'"),
         ("[regions]\nHead = 'face'\n", ParameterError, "no region 'face'"),

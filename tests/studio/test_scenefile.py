@@ -380,7 +380,7 @@ def test_files_that_are_no_scenes(tmp_path):
         with pytest.raises(error) as caught:
             read_scene(tmp_path / "scene.toml")
         assert "\n" not in str(caught.value)
-    with pytest.raises(InputFileError, match="does not exist; check the path of the scene file"):
+    with pytest.raises(InputFileError, match="does not exist; check the path"):
         read_scene(tmp_path / "none.toml")
 
 

@@ -134,7 +134,7 @@ def test_other_files_and_missing_units_are_named(tmp_path):
     with pytest.raises(InputFileError, match="does not begin with Timecode"):
         read_livelink(written(tmp_path, "1,2", header="a,b"))
     (tmp_path / "picture.csv").write_bytes(b"\x89PNG\xff\xfe\x00")
-    with pytest.raises(InputFileError, match="not a CSV"):
+    with pytest.raises(InputFileError, match="is not text; give a Live Link"):
         read_livelink(tmp_path / "picture.csv")
     path = written(tmp_path, "1:0:0:0,61,0,0,0,0,0,0", "1:0:0:9,61,0,0,0,0,0,0")
     with pytest.raises(ParameterError, match="no 'tongueOut'"):

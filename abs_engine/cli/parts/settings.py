@@ -11,10 +11,10 @@ import tomli_w
 
 from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.command import Command
-from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
 from abs_engine.core.release import engine_version
-from abs_engine.io.inputs import check_file, parse_toml
+from abs_engine.io.inputs import read_toml
 from abs_engine.io.naming import path_from
 
 SETTINGS = "settings.toml"
@@ -75,13 +75,7 @@ def read_settings(path: Path, command: Command) -> dict[str, Any]:
         If the command has no option of a name; the nearest is given. Or if there are several
         values where it takes one.
     """
-    check_file(path)
-    try:
-        found = parse_toml(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise InputFileError(
-            f"{path} is not TOML ({error})", "give a settings file, such as a run's settings.toml"
-        ) from error
+    found = read_toml(path, "give a settings file, such as a run's settings.toml")
     known, values = _known(command), {}
     for name, value in found.items():
         if name not in known:

@@ -92,10 +92,7 @@ def tiled(uv: NDArray[np.float32]) -> NDArray[np.float32]:
 def _lines(path: Path) -> list[tuple[str, str]]:
     """The first word of each line, and the rest of it."""
     check_file(path, "give an OBJ file")
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise InputFileError(f"{path} cannot be read", "give an OBJ file") from error
+    text = path.read_text(encoding="utf-8", errors="replace")
     cells = (line.split(maxsplit=1) for line in text.replace("\\\n", " ").splitlines())
     return [(c[0], c[1].strip() if len(c) > 1 else "") for c in cells if c]
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
 from abs_engine.face.schema import FACE_UNITS, REGION_WORDS
-from abs_engine.io.inputs import check_file, parse_toml
+from abs_engine.io.inputs import read_toml
 
 MARKS = ("outer_lip", "inner_lip", "nose_tip", "chin", "eye_corners")
 """The landmarks that a table has to give; see `learn.heads.marks`."""
@@ -61,11 +61,7 @@ def read_table(path: Path) -> HeadTable:
     ParameterError
         If a name or a value in it is wrong.
     """
-    check_file(path)
-    try:
-        data = parse_toml(path.read_text(encoding="utf-8"))
-    except (ValueError, OSError) as error:
-        raise InputFileError(f"{path} is no TOML: {error}", "see docs/import.md") from error
+    data = read_toml(path, "see docs/import.md")
     known = HeadTable.__dataclass_fields__
     _known(path, "section", data, known)
     parts = {name: data.get(name, {}) for name in known if name != "length"}

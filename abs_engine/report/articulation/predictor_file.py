@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.face.shape.predictors import Predictor
-from abs_engine.io.inputs import check_file, parse_toml
+from abs_engine.io.inputs import read_toml
 from abs_engine.studio.scenefile import nearest
 from abs_engine.studio.scenefile.reader import build
 
@@ -36,7 +36,7 @@ def read_predictors(path: Path) -> tuple[Predictor, ...]:
         If a key is unknown (the nearest is named), missing or wrong; if there is no predictor, or
         two have one name.
     """
-    told = _toml(Path(path))
+    told = read_toml(Path(path), "correct that line")
     for key in told:
         if key not in _KEYS:
             raise ParameterError(
@@ -52,16 +52,6 @@ def read_predictors(path: Path) -> tuple[Predictor, ...]:
     if not isinstance(rows, list) or not rows:
         raise ParameterError(f"{path} has no predictors", "give tables [[predictor]]")
     return _distinct(path, [build(Predictor, r, _where(path, k, r)) for k, r in enumerate(rows, 1)])
-
-
-def _toml(path: Path) -> dict[str, Any]:
-    check_file(path)
-    try:
-        return parse_toml(path.read_text(encoding="utf-8-sig"))
-    except UnicodeDecodeError as error:
-        raise InputFileError(f"{path} is not text in UTF-8", "give a TOML file") from error
-    except (OSError, ValueError) as error:
-        raise InputFileError(f"{path} is not TOML: {error}", "correct that line") from error
 
 
 def _where(path: Path, number: int, row: Any) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.kinds import to_path
-from abs_engine.io.inputs import MOST, check_file, parse_toml
+from abs_engine.io.inputs import MOST, parse_toml, read_text
 from abs_engine.studio.scenefile.scene import FORMAT, VERSION, SceneFile
 
 OTHER_NAMES: dict[str, tuple[str, ...]] = {
@@ -57,16 +57,7 @@ def read_scene(path: Path) -> SceneFile:
         If a key is unknown (the nearest is named), missing, or has a wrong value.
     """
     path = to_path("path", path)
-    check_file(path, "check the path of the scene file")
-    try:
-        text = path.read_bytes().decode("utf-8")
-    except OSError as error:
-        raise InputFileError(
-            f"{path} cannot be read ({error.strerror})", "check the path of the scene file"
-        ) from error
-    except UnicodeDecodeError as error:
-        raise InputFileError(f"{path} is not text in UTF-8", "give a TOML file") from error
-    return parse_scene(text, str(path))
+    return parse_scene(read_text(path, "give a TOML file"), str(path))
 
 
 def parse_scene(text: str, name: str = "the scene") -> SceneFile:

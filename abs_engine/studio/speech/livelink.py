@@ -12,7 +12,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.dataset.head_angles import rotation_by
 from abs_engine.dataset.timecode import seconds
-from abs_engine.io.inputs import check_file, to_number
+from abs_engine.io.inputs import read_text, to_number
 from abs_engine.studio.speech.articulate import Speech, check_rate
 
 MOST_FRAMES = 1_000_000
@@ -125,10 +125,10 @@ def play_recording(recording: Recording, unit_names: tuple[str, ...], rate: floa
 
 def _rows(path: Path) -> tuple[list[str], list[list[str]], list[int]]:
     """Header, samples, and the line number of each."""
-    check_file(path)
+    text = read_text(path, "give a Live Link Face CSV")
     try:
-        lines = list(csv.reader(path.read_text("utf-8-sig").splitlines()))
-    except (UnicodeDecodeError, csv.Error, OSError) as error:
+        lines = list(csv.reader(text.splitlines()))
+    except csv.Error as error:
         raise InputFileError(f"{path} is not a CSV file", "give a Live Link Face CSV") from error
     header = [name.strip() for name in lines[0]] if lines else []
     if [name.lower() for name in header[:2]] != ["timecode", "blendshapecount"]:
