@@ -87,8 +87,12 @@ def run_names(videos: Sequence[Path]) -> list[str]:
     Raises
     ------
     ParameterError
-        If two are named alike even so, or one as something else in the folder of all runs.
+        If one is given twice, two are named alike even so, or one as something else in the folder
+        of all runs.
     """
+    twice = next((video for video, count in Counter(videos).items() if count > 1), None)
+    if twice is not None:
+        raise ParameterError(f"{twice} is given twice", "give it once")
     stems = Counter(video.stem for video in videos)
     names = [_cut(v.stem if stems[v.stem] == 1 else f"{v.parent.name}-{v.stem}") for v in videos]
     taken = {*OWN, SCRATCH, *map(traceback_of, names)}
@@ -102,7 +106,7 @@ def run_names(videos: Sequence[Path]) -> list[str]:
         if names.count(name) > 1:
             raise ParameterError(
                 f"two clips would be tracked to '{name}', one of them {video}",
-                "give each once, or track them to different folders",
+                "track them to different folders",
             )
     return names
 

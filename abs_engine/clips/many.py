@@ -68,7 +68,7 @@ def _tracked(
             waiting.append(aside.popleft())  # by itself
         while waiting and len(running) < max(1, len(client.nthreads())):
             job = waiting.popleft()
-            key = f"{job.name}-{deaths[job.name]}-{id(client):x}"
+            key = f"{job.name!a}-{deaths[job.name]}-{id(client):x}"
             running[client.submit(track_job, job, key=key, pure=False)] = job
         try:
             ended = wait(list(running), timeout=_LOOK, return_when="FIRST_COMPLETED").done

@@ -13,6 +13,7 @@ from typing import Any
 from abs_engine.clips.job import TABLE, WAITING, Job, Outcome
 from abs_engine.core.clock import TIMING
 from abs_engine.core.errors import OutputError
+from abs_engine.core.words import legible
 from abs_engine.dataset.sums import digest
 from abs_engine.io.files import check_free, unwritable
 from abs_engine.io.inputs import read_json
@@ -63,7 +64,7 @@ def rows_of_others(folder: Path, jobs: Iterable[Job]) -> list[list[str]]:
     OutputError
         If a run that is there is of another clip than is to be tracked to it.
     """
-    ours = {_utf_8(job.name): job for job in jobs}
+    ours = {legible(job.name): job for job in jobs}
     try:
         with (folder / TABLE).open(encoding="utf-8", newline="") as file:
             heading, *rows = csv.reader(file, strict=True)
@@ -74,7 +75,7 @@ def rows_of_others(folder: Path, jobs: Iterable[Job]) -> list[list[str]]:
     for name, video, *_ in rows:
         if (
             name in ours
-            and video != _utf_8(path_from(folder, ours[name].video))
+            and video != legible(path_from(folder, ours[name].video))
             and _is_other(ours[name])
         ):
             raise OutputError(
@@ -95,7 +96,7 @@ def timing_of_others(folder: Path, others: Sequence[Sequence[str]]) -> dict[str,
     for key in ("clips", "workers_died"):
         numbers = told.get(key) if isinstance(told, dict) else None
         said = numbers if isinstance(numbers, dict) else {}
-        out[key] = {name: number for name, number in said.items() if _utf_8(name) in names}
+        out[key] = {name: number for name, number in said.items() if legible(name) in names}
     return out
 
 
@@ -132,7 +133,7 @@ def write_table(
         table.writerow((job.name, video, got.status, *counts, got.message))
     made = partial_of(folder / TABLE)
     try:
-        made.write_text(text.getvalue(), encoding="utf-8", errors="backslashreplace")
+        made.write_text(legible(text.getvalue()), encoding="utf-8")
         settle(made)
         made.replace(folder / TABLE)
     except OSError:
@@ -147,8 +148,3 @@ def _is_other(job: Job) -> bool:
         return known is not None and digest(job.video) != known
     except OSError:  # it is not there, say
         return True
-
-
-def _utf_8(name: str) -> str:
-    """A name as the table has it."""
-    return name.encode("utf-8", "backslashreplace").decode("utf-8")

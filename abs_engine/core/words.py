@@ -12,6 +12,11 @@ def counted(count: int, what: str) -> str:
     return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
+def legible(name: str) -> str:
+    """A name as text in UTF-8: bytes of a file's name that are none are written as escapes."""
+    return name.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
 def joined(names: Sequence[str], last: str) -> str:
     """Names in a sentence, a word before the last: "a, b or c"."""
     return f" {last} ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))

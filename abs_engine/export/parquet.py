@@ -22,8 +22,10 @@ def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
         ) from error
     columns = columns_of(run.arrays, run.landmarks[:, LIPS_OF_68])
     written = table({k: v.tolist() if v.dtype.kind == "U" else v for k, v in columns.items()})
-    parquet.write_table(written, path)
-    back = parquet.read_table(path)
+    with path.open("wb") as file:  # Arrow takes no names that are not UTF-8
+        parquet.write_table(written, file)
+    with path.open("rb") as file:
+        back = parquet.read_table(file)
     exact = [k for k, v in columns.items() if v.dtype.kind == "U" or np.ma.isMaskedArray(v)]
     if any(back[name].to_pylist() != columns[name].tolist() for name in exact):
         raise differs(f"columns {', '.join(exact)}")

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.words import legible
 from abs_engine.io.arrays import Layout, check_arrays
 from abs_engine.io.files import write_new
 from abs_engine.io.inputs import check_file
@@ -134,13 +135,22 @@ def write_npz(path: Path, kind: str, version: int, arrays: Mapping[str, Any]) ->
     taken = sorted(_TAKEN & arrays.keys())
     if taken:
         raise ValueError(f"no array of an NPZ file can be called '{taken[0]}'")
-    fields: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
+    fields: dict[str, Any] = {name: _legible(np.asarray(value)) for name, value in arrays.items()}
     pickled = [name for name, value in fields.items() if value.dtype.hasobject]
     if pickled:
         raise TypeError(f"{pickled[0]} is neither numbers nor text")
     memory = io.BytesIO()
     np.savez_compressed(memory, **fields, format=kind, version=version)
     write_new(path, memory.getvalue())
+
+
+def _legible(values: NDArray[Any]) -> NDArray[Any]:
+    """The same with escapes in text that is not UTF-8, as names of files may be."""
+    if values.dtype.kind != "U":
+        return values
+    return np.array([legible(text) for text in values.ravel().tolist()], np.str_).reshape(
+        values.shape
+    )
 
 
 def check_format(

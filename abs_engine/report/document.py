@@ -9,6 +9,7 @@ from importlib.resources import files
 from typing import Any
 
 from abs_engine.core.provenance import FIGURES, caution
+from abs_engine.core.words import legible
 
 MISSED = "not met"
 """A row whose last cell begins so is marked."""
@@ -82,8 +83,8 @@ def figures(pictures: Sequence[tuple[str, str]]) -> str:
 
 
 def safe(text: str) -> str:
-    """Text that is no HTML."""
-    return html.escape(str(text))
+    """Text that is no HTML, and can be written in UTF-8."""
+    return html.escape(legible(str(text)))
 
 
 @cache

@@ -14,7 +14,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import Kind, check_kind, is_of, to_path
 from abs_engine.core.provenance import caution
-from abs_engine.core.words import counted
+from abs_engine.core.words import counted, legible
 from abs_engine.dataset import Truth
 from abs_engine.dataset.sums import digest
 from abs_engine.evaluate.catalogue import warn_of_faults
@@ -267,10 +267,10 @@ def _focus(lips: NDArray[Any]) -> tuple[float, float, float]:
 
 def _names(paths: Sequence[Path]) -> list[str]:
     """The names of the results, with their parent folder where two would be the same."""
-    plain = [p.resolve().name if p.is_dir() else p.stem for p in paths]
+    plain = [legible(p.resolve().name if p.is_dir() else p.stem) for p in paths]
     names: list[str] = []
     for path, name in zip(paths, plain, strict=True):
-        longer = f"{path.resolve().parent.name}/{name}" if plain.count(name) > 1 else name
+        longer = f"{legible(path.resolve().parent.name)}/{name}" if plain.count(name) > 1 else name
         while longer in (*names, "truth"):
             longer += "'"
         names.append(longer)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.core.provenance import made_by
+from abs_engine.core.words import legible
 from abs_engine.dataset import Truth
 from abs_engine.evaluate import score_table
 from abs_engine.evaluate.arkit_csv import is_arkit, read_arkit
@@ -257,9 +258,9 @@ def _loaded(
     names: list[str] = []
     shared = found_truth(truths[0], *view, results) if len(truths) == 1 else None
     for k, path in enumerate(map(Path, results)):
-        name = path.resolve().name if path.is_dir() else path.stem
+        name = legible(path.resolve().name if path.is_dir() else path.stem)
         if name in (*names, POOLED):
-            name = f"{path.resolve().parent.name}/{name}"
+            name = f"{legible(path.resolve().parent.name)}/{name}"
         while name in (*names, POOLED):
             name += "'"
         names.append(name)

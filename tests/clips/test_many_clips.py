@@ -63,7 +63,8 @@ def test_a_name_too_long_for_files_beside_the_run_is_cut_at_a_character():
 
 @pytest.mark.parametrize("other", ["s1/a.mp4", "s1/a.avi", "old/s1/a.mp4"])
 def test_names_that_cannot_be_told_apart_are_refused(other):
-    with pytest.raises(ParameterError, match="s1-a"):
+    said = "s1/a.mp4 is given twice" if other == "s1/a.mp4" else "tracked to 's1-a'"
+    with pytest.raises(ParameterError, match=said):
         run_names([Path("s1/a.mp4"), Path(other)])
 
 
@@ -73,9 +74,9 @@ def test_a_clip_given_by_two_paths_is_refused(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path / "s1")
     words = ["-o", str(tmp_path / "runs"), "--workers", "1", "--renderer", "cpu"]
     assert main(["track", "k.mp4", "../s1/k.mp4", *words]) == 2
-    assert "two clips would be tracked to 's1-k'" in capsys.readouterr().err
+    assert f"{tmp_path}/s1/k.mp4 is given twice; give it once" in capsys.readouterr().err
     assert main(["track", "../s2/../k.mp4", "../s2/../s1/../k.mp4", *words]) == 2
-    assert f"two clips would be tracked to '{tmp_path.name}-k'" in capsys.readouterr().err
+    assert f"{tmp_path}/k.mp4 is given twice; give it once" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -296,6 +297,20 @@ def test_clips_that_are_set_aside_have_the_machine_to_themselves(tmp_path, monke
     assert set(list(found)[:3]) == {"c", "d", "e"}
     last = scheduler.begun[-(GIVEN_UP - DEATHS) :]
     assert all(len(running) == 1 for running in last)
+
+
+def test_tasks_of_clips_whose_names_are_no_utf_8_can_be_sent(tmp_path, monkeypatch):
+    sent = []
+
+    class Sending(Scheduler):
+        def submit(self, function: object, given: Job, *, key: str, **more: object) -> Task:
+            sent.append(key.encode("utf-8"))
+            return super().submit(function, given, **more)
+
+    scheduler = Sending({})
+    monkeypatch.setattr("distributed.wait", scheduler.wait)
+    jobs = [job(tmp_path, name) for name in ("\udcff", r"\udcff")]
+    assert len(list(track_many(scheduler, jobs, Counter()))) == len(set(sent)) == 2
 
 
 @pytest.mark.parametrize("error", [CancelledError("connection lost"), OSError("timed out")])

@@ -405,6 +405,15 @@ def test_the_command_scores_one_run_where_it_lies(truth, dataset, tmp_path, caps
     assert capsys.readouterr().err.endswith("remove it (-o gives another place)\n")
 
 
+def test_a_result_whose_name_is_no_utf_8_is_scored(truth, dataset, tmp_path, capsys):
+    path = write_csv(tmp_path / "lat\udce4n.csv", *wide_rows(truth, *true_landmarks(truth)))
+    out = tmp_path / "out"
+    words = [str(path), "--truth", str(dataset), "-o", str(out), "--json"]
+    assert main(["evaluate", *words]) == 0
+    assert list(json.loads(capsys.readouterr().out)["systems"]) == [r"lat\udce4n"]
+    assert r"lat\udce4n" in (out / "scores.csv").read_text()
+
+
 def test_the_command_says_how_to_choose_a_place_whatever_is_wrong_with_the_usual_one(
     truth, dataset, tmp_path, monkeypatch, capsys
 ):

@@ -254,6 +254,7 @@ def test_parquet_is_the_table(folder, run, tmp_path):
     np.testing.assert_allclose(*numbers, rtol=1e-5, atol=1e-5)
     assert np.array_equal(table["aperture"], run.arrays["aperture"], equal_nan=True)
     assert table["status"][LOST] == "face not found"
+    assert export_run(folder, "parquet", tmp_path / "lat\udce4n.parquet")
 
 
 def test_praat_itself_reads_the_closures(folder, run, tmp_path):

@@ -12,6 +12,7 @@ import pytest
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, OutputError
 from abs_engine.io import npz
+from abs_engine.io.arrays import text
 from abs_engine.io.npz import read_npz, write_npz
 
 KIND, VERSION = "abs_engine.test", 3
@@ -30,6 +31,15 @@ def test_what_is_written_comes_back_and_is_not_written_over(whole: Path):
         write_npz(whole, KIND, VERSION, {})
     with pytest.raises(ModelFormatError, match="version 3"):
         read_npz(whole, KIND, 4)
+
+
+def test_text_that_is_no_utf_8_is_written_with_escapes(tmp_path: Path):
+    given = {"source": "lat\udce4n.mp4", "names": np.array([["a", "\udcff"]])}
+    write_npz(tmp_path / "a.npz", KIND, VERSION, given)
+    layout = {"source": text(), "names": text("N", "M")}
+    found = read_npz(tmp_path / "a.npz", KIND, VERSION, layout)
+    assert str(found["source"]) == r"lat\udce4n.mp4"
+    assert found["names"].tolist() == [["a", r"\udcff"]]
 
 
 @pytest.mark.parametrize("failures", [1, 2])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import itertools
 import zlib
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -16,6 +17,7 @@ from abs_engine.evaluate.estimate import Estimate
 from abs_engine.io.video import probe
 from abs_engine.report.charts import lip_chart
 from abs_engine.report.data import ReportData, Series
+from abs_engine.report.document import document
 from abs_engine.report.drawing.colours import (
     HEAT_COLOURS,
     clay_colours,
@@ -26,10 +28,17 @@ from abs_engine.report.drawing.colours import (
 from abs_engine.report.embed import Store, deflated, json_bytes
 from abs_engine.report.estimate_parts import system_of
 from abs_engine.report.film import mouth_picture, shorten, worst_frames
+from abs_engine.report.gathering import _names
 from abs_engine.report.motion import LARGEST_ERROR_MM, compress
 from abs_engine.report.quantities import error_rows
 from abs_engine.report.sections import _facts
 from abs_engine.tracking.results.run_mesh import LinearSurface
+
+
+def test_names_that_are_no_utf_8_can_stand_in_a_page():
+    page = document("lat\udce4n.mp4: tracked", "").encode("utf-8")
+    assert rb"<title>lat\udce4n.mp4: tracked" in page
+    assert _names([Path("lat\udce4n.csv")]) == [r"lat\udce4n"]
 
 
 def test_numbers_that_steer_results_are_folded():
