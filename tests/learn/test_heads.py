@@ -204,7 +204,8 @@ def test_a_target_of_another_vertex_count_is_refused(folder, tmp_path):
 @pytest.mark.parametrize(
     ("told", "error", "says"),
     [
-        ("", ParameterError, "does not say where outer_lip, inner_lip, nose_tip"),
+        ("", ParameterError,
+         "does not say where these lie: outer_lip, inner_lip, nose_tip"),
         ("[landmarks", InputFileError, "is not TOML"),
         ("[landmark]\n", ParameterError, "no section 'landmark'"),
         ("[units]\njawOpn = 'x'\n", ParameterError, "no face unit 'jawOpn'"),
@@ -215,6 +216,8 @@ def test_a_target_of_another_vertex_count_is_refused(folder, tmp_path):
         (table(HEAD, {"chin": [10**6]}), ParameterError, "chin: 1000000 is no vertex"),
         (table(HEAD, more="length = 'mm'\n"), ParameterError, "eyes' outer corners are 0.08"),
         (table(HEAD, more="[units]\njawOpen = 'Mouth_Open'\n"), ParameterError, "no morph target"),
+        (table(HEAD, more="[units]\njawForward = 'jawOpen'\n"), ParameterError,
+         "'jawOpen' is used for two units: jawForward, and jawOpen by its name; .* jawOpen = "),
         (table(HEAD, {"outer_lip": HEAD.landmarks["outer_lip_20"][::-1].tolist()}),
          ParameterError, "outer_lip goes over the lower lip first"),
         (table(HEAD, {"inner_lip": np.roll(HEAD.landmarks["inner_lip_8"], 4).tolist()}),
@@ -252,6 +255,11 @@ def test_targets_in_another_unit_than_the_head_are_said_to_be(folder, times):
     mesh = replace(mesh, targets={**mesh.targets, "jawOpen": jaw})
     refused(ParameterError, "jawOpen .* seems to be in another unit than the head", folder=folder,
             mesh=mesh)  # fmt: skip
+
+
+def test_a_head_that_is_mirrored_is_said_to_be_perhaps():
+    with pytest.raises(ParameterError, match="or the mesh may be mirrored, as by a scale of -1"):
+        head_frame(HEAD.vertices.astype(float) * [-1, 1, 1], MARKS, None)
 
 
 @pytest.mark.filterwarnings("error")

@@ -36,7 +36,7 @@ class GltfFile:
         The file's own bytes, of a GLB.
     """
 
-    folder: Path
+    path: Path
     document: gl.GLTF2
     binary: bytes
     _known: dict[str, bytes] = field(default_factory=dict)
@@ -65,14 +65,14 @@ class GltfFile:
             if not _READ.fullmatch(name) and not _PICTURES.fullmatch(name):
                 raise InputFileError(f"{path} needs {name}, which is not read", "export it without")
         document = gl.GLTF2.from_json(json.dumps(told), infer_missing=True)
-        return cls(path.parent, document, binary)
+        return cls(path, document, binary)
 
     def bytes_at(self, uri: str | None) -> bytes:
         """Bytes that the document names: its own, or those of a file beside it or below.
 
         Raises
         ------
-        ValueError, OSError, InputFileError
+        ValueError, InputFileError
             If there is no such file, or it lies elsewhere.
         """
         if uri is None:
@@ -82,10 +82,13 @@ class GltfFile:
         return self._known[uri]
 
     def _beside(self, uri: str) -> bytes:
-        place = (self.folder / unquote_to_bytes(uri).decode("utf-8")).resolve()
-        if not place.is_relative_to(self.folder.resolve()):
-            raise ValueError(f"{uri} lies elsewhere")
-        check_file(place)
+        folder = self.path.parent.resolve()
+        place = (folder / unquote_to_bytes(uri).decode("utf-8")).resolve()
+        if "://" in uri or not place.is_relative_to(folder):
+            raise InputFileError(
+                f"{self.path} names '{uri}'", "files that it names must lie beside it, or below"
+            )
+        check_file(place, f"put it there, as {self.path.name} names it")
         return place.read_bytes()
 
 

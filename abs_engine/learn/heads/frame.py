@@ -69,7 +69,8 @@ def head_frame(vertices: FloatArray, marks: Marks, length: str | None) -> HeadFr
     if likeness < HEAD_IMPORT.face_like or turned[4, 2] < turned[:4, 2].max():
         raise ParameterError(
             "the landmarks do not lie as a face's do",
-            "check their order: the subject's right eye comes first, outer corner before inner",
+            "check their order: the subject's right eye comes first, outer corner before inner; or "
+            "the mesh may be mirrored, as by a scale of -1",
         )
     right = max(_turns(), key=lambda turn: float((turn * whole).sum()))
     upright = Rotation.from_matrix(whole @ right.T).magnitude() <= np.radians(HEAD_IMPORT.oblique)

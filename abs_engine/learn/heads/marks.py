@@ -67,7 +67,7 @@ def find_marks(given: Mapping[str, Sequence[Any]], vertices: FloatArray, source:
     lacking = [name for name in MARKS if len(found.get(name, ())) < _LEAST[name]]
     if lacking:
         raise ParameterError(
-            f"{source} does not say where {', '.join(lacking)} lie",
+            f"{source} does not say where these lie: {', '.join(lacking)}",
             "give them under [landmarks] in a table, see docs/import.md: --table head.toml",
         )
     return Marks(**{name: found[name] for name in MARKS}, all_68=all_68)

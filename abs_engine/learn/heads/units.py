@@ -59,11 +59,7 @@ def face_units(mesh: MorphMesh, given: Mapping[str, tuple[str, ...]], frame: Hea
     taken = {target for names in given.values() for target in names}
     named = _named([name for name in targets if name not in taken], given)
     if Unit.JAW_OPEN not in {*given, *named}:
-        raise ParameterError(
-            f"no morph target of {mesh.source} is called jawOpen",
-            f"say which opens the mouth, [units] jawOpen = ..., of {listed(targets)}"
-            if targets else "export its morph targets, which are also called shape keys, with it",
-        )  # fmt: skip
+        raise _unopened(mesh, given)
     out = np.zeros((len(FACE_UNITS), *mesh.vertices.shape), np.float32)
     for unit, names in given.items():
         for name in dict.fromkeys(names):
@@ -77,6 +73,22 @@ def face_units(mesh: MorphMesh, given: Mapping[str, tuple[str, ...]], frame: Hea
         out[[one, other]] = out[[other, one]]
     unused = tuple(name for name in targets if name not in taken)
     return Units(out, unused, tuple(FACE_UNITS[k] for pair in pairs for k in pair))
+
+
+def _unopened(mesh: MorphMesh, given: Mapping[str, tuple[str, ...]]) -> ParameterError:
+    """The error for a mesh whose mouth nothing opens, also as the table gives that away."""
+    if not mesh.targets:
+        return ParameterError(
+            f"no morph target of {mesh.source} is called jawOpen",
+            "export its morph targets, which are also called shape keys, with it",
+        )
+    which = f"say which opens the mouth, [units] jawOpen = ..., of {listed(mesh.targets)}"
+    for unit, names in given.items():
+        for name in names:
+            if reading(name)[0] == Unit.JAW_OPEN:
+                said = f"'{name}' is used for two units: {unit}, and jawOpen by its name"
+                return ParameterError(said, which)
+    return ParameterError(f"no morph target of {mesh.source} is called jawOpen", which)
 
 
 def _exchanged(
