@@ -35,8 +35,9 @@ DRIFT = 0.002
 WIDEST = 1.5
 """Usual steps between two rows with timecodes, between which no row was lost."""
 
-LARGEST = 1.5
-"""ARKit's weights lie between 0 and 1; above this they are something else, such as per cent."""
+LEAST, LARGEST = -0.1, 1.5
+"""ARKit's weights lie between 0 and 1; beyond these, which a filter may reach, they are something
+else, such as per cent. Chosen."""
 
 
 def read_arkit(
@@ -66,10 +67,9 @@ def read_arkit(
     numbers = table.numbers([*(name.lower() for name in unit_names), *head])
     numbers = _on_frames(table, numbers, clip)
     weights = numbers[:, : len(unit_names)]
-    if np.nanmax(np.abs(weights), initial=0) > LARGEST:
-        raise InputFileError(
-            f"a weight of {path} is {np.nanmax(np.abs(weights)):.3g}", "give weights from 0 to 1"
-        )
+    _check_range(f"a weight of {path}", weights, (LEAST, LARGEST), "give weights from 0 to 1")
+    turns = numbers[:, len(unit_names) :]
+    _check_range(f"a head angle of {path}", turns, (-2 * np.pi, 2 * np.pi), "give radians")
     surface = LinearSurface(clip.neutral, units, weights)
     scored = {k: v for k, v in areas.items() if k != "landmark_68"}
     points = surface.points(clip.landmark_68)
@@ -78,7 +78,7 @@ def read_arkit(
         name=Path(path).stem,
         found=np.asarray(np.isfinite(weights).all(axis=1)),
         tracks={k: PointTrack(v, surface.points(v)) for k, v in scored.items()},
-        rotations=_rotations(numbers[:, len(unit_names) :]) if head else None,
+        rotations=_rotations(turns) if head else None,
         turned="camera",
         curves=curves,
         closed=np.asarray(curves["aperture"] < CLOSED_APERTURE),
@@ -90,6 +90,13 @@ def read_arkit(
 def is_arkit(columns: Sequence[str]) -> bool:
     """Whether a file with these columns holds face units."""
     return Unit.JAW_OPEN.lower() in {name.lower() for name in columns}
+
+
+def _check_range(what: str, values: FloatArray, limits: tuple[float, float], remedy: str) -> None:
+    """Raise `InputFileError` for the first value outside of the limits; NaN is none."""
+    wrong = values[(values < limits[0]) | (values > limits[1])]
+    if len(wrong):
+        raise InputFileError(f"{what} is {wrong[0]:.3g}", remedy)
 
 
 def _without_end(table: Table, frames: int) -> Table:
@@ -149,20 +156,27 @@ def _between(wanted: FloatArray, times: FloatArray, column: FloatArray, step: fl
 
 
 def _seconds(table: Table, rows: Sequence[int]) -> FloatArray:
-    """Times (N,) of some rows, s after timecode 0."""
+    """Times (N,) of some rows, s after timecode 0, which must not go back."""
     codes = table.text("timecode")
     lines = [table.lines[row] for row in rows]
-    return seconds([codes[row] for row in rows], table.path, lines=lines)
+    times = seconds([codes[row] for row in rows], table.path, lines=lines)
+    back = np.flatnonzero(np.diff(times) < 0)
+    if len(back):
+        raise InputFileError(
+            f"line {lines[back[0] + 1]} of {table.path} has a timecode before the one above it",
+            "sort the rows by their timecodes",
+        )
+    return times
 
 
 def _check_duration(table: Table, clip: Reference) -> None:
     """Raise `ParameterError` if the timecodes last another time than the clip."""
     cells = table.text("timecode") if "timecode" in table.columns else []
     rows = [row for row, cell in enumerate(cells) if cell]
+    times = _seconds(table, rows)
     wanted = (rows[-1] - rows[0]) / clip.rate if rows else 0.0
     if wanted < 1:
         return  # within a second the timecodes do not show how many frames they count
-    times = _seconds(table, rows)
     lasts = float(times[-1] - times[0])
     if abs(lasts - wanted) > 1.5 / clip.rate + DRIFT * wanted:
         raise ParameterError(

@@ -354,6 +354,13 @@ def test_face_unit_files_that_are_wrong(truth, reference, tmp_path):
     fails(ParameterError, "40 rows", *_without(heading, rows[:40], "Timecode"))
     wrong = [[*row[:2], 100.0, *row[3:]] for row in rows]
     fails(InputFileError, "weights from 0 to 1", heading, wrong)
+    below = [[*row[:2], -0.5, *row[3:]] for row in rows]
+    fails(InputFileError, "a weight of .* is -0.5; give weights from 0 to 1", heading, below)
+    degrees = [[*row[:-1], 20.0] for row in rows]
+    fails(InputFileError, "a head angle of .* is 20; give radians", heading, degrees)
+    for count in (FRAMES, 20):  # as long as the clip, and otherwise
+        turned = rows[:count][::-1]
+        fails(InputFileError, "line 3 of .* has a timecode before the one above", heading, turned)
 
 
 def test_the_command_scores_systems_side_by_side(truth, dataset, tmp_path, capsys):
