@@ -11,8 +11,8 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import OutputError, ParameterError, PluginError
 from abs_engine.core.foreign import blamed, own
 from abs_engine.core.geometry import FACING, Pose
-from abs_engine.core.kinds import to_path
-from abs_engine.core.registry import EXPORTERS
+from abs_engine.core.kinds import TEXT, check_kind, to_path
+from abs_engine.core.registry import EXPORTERS, nearest
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun, read_run, rms
 from abs_engine.io.files import check_free, scratch, write_new
 from abs_engine.io.new_folder import NewFolder
@@ -62,8 +62,10 @@ def export_run(
     PluginError
         If a plugin's exporter fails, writes nothing, or does not return what is lost.
     """
-    if to == "csv" and to not in EXPORTERS:
-        raise ParameterError("there is no exporter 'csv'", f"use {TABLE} of the run itself")
+    check_kind("the format", to, TEXT)
+    if to not in EXPORTERS:
+        own = f"use {TABLE} of the run itself" if to == "csv" else nearest(to, EXPORTERS)
+        raise ParameterError(f"there is no format '{to}'", own)
     exporter: Exporter = EXPORTERS.get(to)
     output = check_free(to_path("output", output), exporter.suffix)
     smoothing = None if smooth is None else Smoothing.named(smooth)

@@ -74,6 +74,12 @@ def check_free(path: Path, ending: str = "") -> Path:
         read_only = os.statvfs(path.parent).f_flag & os.ST_RDONLY
         number = errno.EROFS if read_only else errno.EACCES
         raise unwritable(path, OSError(number, os.strerror(number)))
+    try:
+        os.lstat(partial_of(path))  # whose name is longer
+    except FileNotFoundError:
+        return path
+    except OSError as error:
+        raise unwritable(path, error) from error
     return path
 
 
@@ -181,6 +187,8 @@ def unwritable(path: Path, error: OSError) -> OutputError:
     if isinstance(error, FileExistsError):
         return OutputError(f"{path} exists already", "choose another name or remove it")
     reason = error.strerror or "writing failed"
+    long = error.errno == errno.ENAMETOOLONG
     return OutputError(
-        f"{path} cannot be written ({reason})", "choose a place of yours, with space left"
+        f"{path} cannot be written ({reason})",
+        "choose a shorter name" if long else "choose a place of yours, with space left",
     )

@@ -226,8 +226,8 @@ def _check_misfit(misfit: float, person: str | None) -> None:
         )
     raise ParameterError(
         f"the mean dots are {misfit:.0f} mm RMS from those on the head of {person}",
-        "name who wore them and give them in that head's frame (observe --reference), or name "
-        "nobody",
+        "name who wore them and give them in that head's frame (observe --reference), or leave "
+        "out --person",
     )
 
 

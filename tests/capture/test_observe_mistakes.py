@@ -252,12 +252,13 @@ def test_tables_with_semicolons_are_named(files, capsys, name):
 
 
 @pytest.mark.parametrize("name", ["points", "pose"])
-def test_columns_may_have_capitals(files, tracks, name):
+def test_columns_may_have_capitals(files, tracks, name, capsys):
     path = getattr(files, name)
     first, _, rest = path.read_text().partition("\n")
     path.write_text(f"{first.title()}\n{rest}")
     assert files.observe() == 0
     assert len(tracks) == 1
+    assert "without the head" not in capsys.readouterr().out  # as none is
 
 
 def test_numbers_with_decimal_commas_are_not_read_as_others(files, capsys):

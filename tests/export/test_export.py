@@ -524,9 +524,9 @@ def test_an_exporter_of_one_s_own_that_fails_is_named(
 
 
 def test_the_table_that_a_run_has_is_named_unless_a_plugin_exports_one(folder, tmp_path, request):
-    with pytest.raises(ParameterError, match=r"no exporter 'csv'; use results\.csv of the run"):
+    with pytest.raises(ParameterError, match=r"no format 'csv'; use results\.csv of the run"):
         export_run(folder, "csv", tmp_path / "out.csv")
-    with pytest.raises(ParameterError, match="no exporter 'svg'; choose one of arkit"):
+    with pytest.raises(ParameterError, match="no format 'svg'; choose one of arkit"):
         export_run(folder, "svg", tmp_path / "out.svg")
     EXPORTERS.add("csv", Exporter("own", lambda _, path: path.write_text("x") and (), ".csv"))
     request.addfinalizer(lambda: EXPORTERS._added.pop("csv"))

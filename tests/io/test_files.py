@@ -149,6 +149,13 @@ def test_a_folder_that_takes_nothing_is_named_before_the_work(tmp_path, monkeypa
         check_free(tmp_path / "model.npz", ".npz")
 
 
+def test_a_name_that_is_too_long_is_refused_before_the_work(tmp_path):
+    check_free(tmp_path / ("a" * 240))
+    for name in ("a" * 250, "a" * 300):
+        with pytest.raises(OutputError, match=r"\(File name too long\); choose a shorter name"):
+            check_free(tmp_path / name)
+
+
 def test_a_new_file_is_written_once(tmp_path):
     write_new(tmp_path / "file", b"1")
     with pytest.raises(OutputError, match="exists already"):

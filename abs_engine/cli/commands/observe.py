@@ -231,7 +231,8 @@ def _done(
             )
     lines += _doubts(observed, views)
     head = int((~np.isfinite(observed.rotations).all(axis=1)).sum())
-    lines += [f"{counted(head, 'frame')} without the head", *more, f"wrote {chosen.output}"]
+    lines += [f"{counted(head, 'frame')} without the head"] if head else []
+    lines += [*more, f"wrote {chosen.output}"]
     facts = {"frames": observed.frames, "missing": missing, "uncertain": uncertain}
     return Done(lines, {"output": chosen.output, **facts, "frames_without_head": head})
 

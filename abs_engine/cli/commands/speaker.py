@@ -109,8 +109,8 @@ def _few(recordings: Sequence[Recording]) -> str:
     if len(recordings) >= _FEWEST or seconds >= _SHORTEST:
         return ""
     return (
-        f"warning: {counted(len(recordings), 'recording')} of {seconds:.0f} s in all: {_FEWEST} of "
-        f"{_SHORTEST / _FEWEST:.0f} s are enough, and fewer were not measured"
+        f"warning: {counted(len(recordings), 'recording')} of {seconds:.2g} s in all; {_FEWEST} "
+        f"recordings of {_SHORTEST / _FEWEST:.0f} s are enough; fewer were not tried"
     )
 
 

@@ -165,8 +165,11 @@ def calibrate_placed(
     for blur in LANDMARK_EVIDENCE.place_rounds:
         learned = placed if known is not None else [frame for frame in placed if not frame.grey]
         if not learned:
+            usual = Camera.ideal(head.camera.size).matrix
+            given = not np.array_equal(head.camera.matrix, usual)
             raise FaceNotFoundError(
-                "the landmarks that were seen are no face's", "give a video with a face"
+                "the landmarks that were seen are no face's" + given * " by the given camera",
+                "give a video with a face" + given * ", and check --camera",
             )
         found = _round(head, placed, person, blur, known, chromatic)
         person, shape, shift = found.person, head.known(placed, found), shift + found.shift

@@ -9,6 +9,7 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError
+from abs_engine.core.words import counted
 from abs_engine.io.csv_table import read_table
 from abs_engine.io.video import read_frames
 from abs_engine.learn.opening import POINTS, LabelledMouth, spot_of
@@ -56,7 +57,8 @@ def read_mouths(path: Path) -> list[LabelledMouth]:
                 break
         if points:
             raise InputFileError(
-                f"{video} has no frame {min(points)}", f"count frames from 0 in {path}"
+                f"{video} has {counted(index + 1, 'frame')} and no frame {min(points)}",
+                f"count frames from 0 in {path}",
             )
     if not any(mouth.parted for mouth in found):
         raise InputFileError(

@@ -99,9 +99,10 @@ class Smoothing:
             )
         least = self._filter(rate)[1]
         if 0 < len(times) < least:
+            fits = "a longer run" if self.name == BUTTERWORTH else "a shorter window"
             raise ParameterError(
                 f"{self} needs {least} frames in a row, and there are {len(times)}",
-                "give a shorter filter, or leave out --smooth",
+                f"give {fits}, or leave out --smooth",
             )
         if self.name == BUTTERWORTH and 0 < self.amount * len(times) < rate:
             raise ParameterError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -20,6 +21,7 @@ from drawn import (
 from heads import lit_picture_of, seen_at
 
 from abs_engine.core.camera import Camera
+from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.pose import PoseFrame
 from abs_engine.face.head import build_mouth_model
 from abs_engine.render.cpu import CpuRenderer
@@ -93,6 +95,22 @@ def test_without_colour_skin_and_lips_are_not_mixed():
     found, _ = calibrate_placed(placed(), clip(), chromatic=False)
     assert not found.classes.chromatic
     assert found.classes.mixed == 0
+
+
+@pytest.mark.parametrize(
+    ("camera", "said"),
+    [
+        (Camera.ideal(CAMERA.size), "no face's; give a video with a face$"),
+        (Camera.ideal(CAMERA.size, 5.0), "by the given camera; .* a face, and check --camera$"),
+    ],
+)
+def test_a_camera_by_which_there_is_no_face_is_named(camera, said):
+    head = SimpleNamespace(
+        model=SimpleNamespace(n_person=0), shape=None, camera=camera, renderer=CpuRenderer(),
+        frames=lambda _: [],
+    )  # fmt: skip
+    with pytest.raises(FaceNotFoundError, match=said):
+        calibrate_placed(head, clip())
 
 
 def apart(k, pose, vertices, names=("outer", "upper", "lower")):

@@ -249,7 +249,10 @@ def upside_down(flat):
     ("change", "said"),
     [
         (lambda row: [*row[:-1], ""], "a cell is empty"),
-        (lambda row: [row[0], row[1] + 90, *row[2:]], "has no frame"),
+        (
+            lambda row: [row[0], row[1] + 90, *row[2:]],
+            "has 5 frames and no frame 90; count frames from 0",
+        ),
         (lambda row: [row[0], row[1] + 0.5, *row[2:]], "frame 0.5 is not a whole number"),
         (lambda row: [row[0], row[1] // 2, *row[2:]], "is labelled twice"),
         (lambda row: [*row[:2], *row[4:6], *row[2:4], *row[6:]], "the left corner is not left"),

@@ -106,9 +106,11 @@ def test_times_in_whole_milliseconds_are_even(rate):
 
 
 def test_a_clip_that_is_shorter_than_the_filter_is_refused():
-    with pytest.raises(ParameterError, match="needs 101 frames in a row, and there are 75"):
+    with pytest.raises(ParameterError, match="and there are 75; give a shorter window"):
         Smoothing.named("savitzky-golay:101").check(25.0, np.arange(75) / 25.0)
     Smoothing.named("savitzky-golay:75").check(25.0, np.arange(75) / 25.0)
+    with pytest.raises(ParameterError, match="and there are 5; give a longer run, or leave out"):
+        Smoothing.named("butterworth:8").check(25.0, np.arange(5) / 25.0)
 
 
 def test_a_cutoff_below_one_wave_of_the_clip_is_refused():

@@ -6,6 +6,7 @@ import contextlib
 import json
 from dataclasses import replace
 from hashlib import sha256
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from heads import seen_at
 from runs import write_kind, write_noise
 
 from abs_engine.cli import main
+from abs_engine.cli.commands.speaker import _few
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.dataset.camera_file import camera_json
@@ -262,6 +264,14 @@ def test_a_face_without_appearance_tracks_by_colour_alone(learned, video, refuse
     assert load_speaker_face(tmp_path / "bare.face", load_speaker()).appearance is None
     typed = "track", video, "-o", tmp_path / "run", "--model", tmp_path / "bare.face"
     assert "bare.face has no texture to compare" in refused(*typed, "--terms", "colour+texture")
+
+
+def test_recordings_shorter_than_a_second_are_counted_too():
+    short = SimpleNamespace(postures=np.zeros((10, 3)), run={"rate": 25.0})
+    assert _few([short]) == (
+        "warning: 1 recording of 0.4 s in all; 5 recordings of 3 s are enough; fewer were not tried"
+    )
+    assert _few([short] * 5) == ""
 
 
 def test_half_an_appearance_is_refused(learned, tmp_path):
