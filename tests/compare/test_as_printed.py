@@ -153,7 +153,7 @@ def test_both_are_tracked_on_the_same_sentences(tmp_path, monkeypatch, amount, c
         beads=0, pictures=SimpleNamespace(camera=None), built=SimpleNamespace(alpha=None)
     )
     drawn = SimpleNamespace(description="none")
-    report = Report(tmp_path, tmp_path, drawn, None, "clara", 0, False, lambda _: None, amount)
+    report = Report(tmp_path, tmp_path, drawn, None, 0, lambda _: None, "clara", False, amount)
     sentences_parts._as_printed(report, speech, "ours")
     (usual, jobs), (literal, same) = ran
     assert jobs == same

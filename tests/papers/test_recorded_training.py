@@ -99,6 +99,6 @@ def test_the_page_has_a_row_for_each_person_and_all():
 def test_it_is_left_out_by_quick_and_without_the_recording(tmp_path, monkeypatch):
     monkeypatch.setenv("ABS_ENGINE_DATA", str(tmp_path))
     for amount in (filmed.QUICK, filmed.FULL):
-        report = Report(tmp_path / "report", tmp_path, CpuRenderer(), SPEAKER, amount, 0, print)
+        report = Report(tmp_path / "report", tmp_path, CpuRenderer(), SPEAKER, 0, print, amount)
         assert _recorded(report) is None
     assert not (tmp_path / "report").exists()

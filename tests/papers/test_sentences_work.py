@@ -170,7 +170,7 @@ def test_the_linear_models_have_all_sentences():
 
 def test_a_stage_is_done_once(tmp_path):
     def report():
-        return Report(tmp_path, tmp_path, None, None, "clara", 0, True, print, QUICK)
+        return Report(tmp_path, tmp_path, None, None, 0, print, "clara", True, QUICK)
 
     def make(own):
         own.results["mm"] = 0.4
@@ -186,7 +186,7 @@ def test_a_stage_is_done_once(tmp_path):
 
 def test_the_command_is_told_as_it_is_typed(tmp_path):
     def command(quick, amount, workers=1):
-        made = Report(tmp_path, tmp_path, None, None, "kofi", 3, quick, print, amount, workers)
+        made = Report(tmp_path, tmp_path, None, None, 3, print, "kofi", quick, amount, workers)
         return made.command
 
     assert command(True, QUICK) == "abs-engine reproduce 001 --quick --seed 3 --person kofi"

@@ -17,13 +17,13 @@ from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004 import unassisted as room
 from abs_engine.papers.odisio2004 import unassisted_faces as faces_room
 from abs_engine.papers.odisio2004.gathered import FULL, QUICK, Report
-from abs_engine.papers.odisio2004.goals import NOT_MEASURED
 from abs_engine.papers.odisio2004.page import reproduction_page
 from abs_engine.papers.odisio2004.reproduce import FACE, FILMED
 from abs_engine.papers.odisio2004.sentences_filmed import plan_sentence
 from abs_engine.papers.odisio2004.sentences_parts import unassisted_part
 from abs_engine.papers.odisio2004.unassisted_faces import KnownFace, faces_of
 from abs_engine.papers.odisio2004.visemes import film_speech
+from abs_engine.papers.results import MISSING
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.studio.french import SENTENCES
 
@@ -52,7 +52,7 @@ def speaker():
 
 
 def report(folder, speaker, amount=FULL):
-    return Report(folder, folder, CpuRenderer(), speaker, "clara", 0, False, print, amount)
+    return Report(folder, folder, CpuRenderer(), speaker, 0, print, "clara", False, amount)
 
 
 def test_the_other_test_has_another_camera_light_and_motion(speaker):
@@ -133,7 +133,7 @@ def test_what_is_not_found_has_no_error(tmp_path, speaker, monkeypatch):
         row = scored(speaker, tmp_path, face)
         assert (row["frames"], row["found"]) == (2 * FRAMES, 0)
         assert row["lips_mm"] is row["lips_less_constant_mm"] is row["motion_mm"] is None
-    assert NOT_MEASURED in reproduction_page({"unassisted": [row]}, [])
+    assert MISSING in reproduction_page({"unassisted": [row]}, [])
 
 
 def test_the_page_has_a_row_for_each_face_and_test():

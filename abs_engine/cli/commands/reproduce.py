@@ -46,8 +46,8 @@ def _talking_faces(chosen: Chosen, made: Unfinished, renderer: Renderer, tell: T
     usual = QUICK if chosen.quick else FULL
     amount = replace(usual, sentences=chosen.sentences or usual.sentences, twins=chosen.twins)
     report = Report(
-        made.work, made.partial / KEPT, renderer, load_speaker(), chosen.person, chosen.seed,
-        chosen.quick, tell, amount, chosen.workers, chosen.renderer,
+        made.work, made.partial / KEPT, renderer, load_speaker(), chosen.seed, tell,
+        chosen.person, chosen.quick, amount, chosen.workers, chosen.renderer,
     )  # fmt: skip
     return score_lines(make(report, PARTS))
 

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,9 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.scene import Renderer
 from abs_engine.dataset.view import Truth
-from abs_engine.io.assets import Speaker
 from abs_engine.io.files import png
 from abs_engine.papers.basu1998.experiment import FrameError, TrainedLips
 from abs_engine.papers.basu1998.filmed import FRONT, YAWS, Amount, camera_name
@@ -26,6 +22,7 @@ from abs_engine.papers.basu1998.pictures import (
     fits_figure,
     probability_figure,
 )
+from abs_engine.papers.results import Reproduction
 from abs_engine.report.drawing.colours import system_colour
 from abs_engine.report.drawing.figure import figure_bytes, plain
 
@@ -34,34 +31,11 @@ BEST = "simplex"
 
 
 @dataclass
-class Report:
-    """A reproduction under way: what it is made with and of, and what was found.
+class Report(Reproduction):
+    """A reproduction under way, of so much film."""
 
-    Parameters
-    ----------
-    kept : Path
-        Gets the fits, frame by frame, and has those of an interrupted run.
-    tell : callable
-        Called with what is begun.
-    figures : list of (str, str)
-        File and caption.
-    """
-
-    folder: Path
-    kept: Path
-    renderer: Renderer
-    speaker: Speaker
     amount: Amount
-    seed: int
-    tell: Callable[[str], None]
-    results: dict[str, Any] = field(default_factory=dict)
-    figures: list[tuple[str, str]] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
-
-    def picture(self, name: str, image: Any, caption: str) -> None:
-        """Keep a figure."""
-        (self.folder / name).write_bytes(png(image))
-        self.figures.append((name, caption))
 
 
 def fit_figures(
@@ -83,13 +57,13 @@ def fit_figures(
     opened = int(np.argmax(front.aperture))
     picture = list(front.pictures())[opened]
     pose, camera = front.pose(opened), front.camera
-    report.picture(
-        "figure3.png", probability_figure(lips, picture, pose, camera, renderer),
+    report.figure(
+        "figure3.png", png(probability_figure(lips, picture, pose, camera, renderer)),
         "Figures 3 and 4: probability maps of lips and skin, raw and smoothed; teeth and dark.",
     )  # fmt: skip
     truth = lips.model.shell.nodes(front.vertices(opened))
-    report.picture(
-        "figure5.png", convergence_figure(lips, picture, pose, camera, renderer, truth),
+    report.figure(
+        "figure5.png", png(convergence_figure(lips, picture, pose, camera, renderer, truth)),
         "Figure 5: from the initial image to the final fit.",
     )  # fmt: skip
     shown = []
@@ -101,8 +75,8 @@ def fit_figures(
         )  # fmt: skip
         image = list(view.pictures())[opened]
         shown.append(ShownFit(f"seen from {yaw} degrees", image, view.camera, fit.pose, fit.nodes))
-    report.picture(
-        "figure6.png", fits_figure(renderer, lips, shown),
+    report.figure(
+        "figure6.png", png(fits_figure(renderer, lips, shown)),
         "Figures 6 to 9: initial image, final fit, and the shape in 3D.",
     )  # fmt: skip
     curves: dict[str, list[float]] = {}
@@ -112,8 +86,8 @@ def fit_figures(
         breaks = {i: e.camera for i, e in enumerate(mine) if e.frame == 0}
         curves[name] = [e.rms for e in mine]
     plot = error_plot(curves, goal=1.0, breaks=breaks)
-    (report.folder / "errors.svg").write_bytes(figure_bytes(plot, "svg"))
-    report.figures.append(("errors.svg", "Error of the lips in each frame, by driver."))
+    caption = "Error of the lips in each frame, by driver."
+    report.figure("errors.svg", figure_bytes(plot, "svg"), caption)
 
 
 _LEAST_MM = 0.1  # the axis goes that far

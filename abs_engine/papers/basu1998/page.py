@@ -12,7 +12,6 @@ from abs_engine.papers.basu1998.scores import (
     FURTHER_LEFT,
     GOALS,
     GRID,
-    MISSING,
     POSES,
     RECONSTRUCTION,
     VARIANCE,
@@ -21,7 +20,7 @@ from abs_engine.papers.basu1998.scores import (
     remark,
     told,
 )
-from abs_engine.papers.results import Results, finite, number
+from abs_engine.papers.results import MISSING, Results, finite, number
 from abs_engine.report.document import figures as pictures
 from abs_engine.report.document import results_page, table
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from abs_engine.papers.basu1998.filmed import YAWS, camera_name
-from abs_engine.papers.basu1998.scores import FRONTAL, KNOWN, MISSING, told
-from abs_engine.papers.results import Results, finite, number
+from abs_engine.papers.basu1998.scores import FRONTAL, KNOWN, told
+from abs_engine.papers.results import MISSING, Results, finite, number
 from abs_engine.report.document import table
 
 LIPS = {

@@ -15,6 +15,7 @@ from abs_engine.core.provenance import made_by
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset.view import Truth
 from abs_engine.io.assets import load_speaker
+from abs_engine.io.files import png
 from abs_engine.learn.cameras import camera_results
 from abs_engine.learn.reconstruction import table_1
 from abs_engine.learn.training import train
@@ -102,7 +103,7 @@ def reproduce(
     """
     begun = time.perf_counter()
     amount, speaker = QUICK if quick else FULL, load_speaker()
-    report = Report(folder, kept, renderer, speaker, amount, seed, tell)
+    report = Report(folder, kept, renderer, speaker, seed, tell, amount)
     tell("learning from dots")
     _learned(report, amount.people[0])
     tell("reading visemes")
@@ -189,12 +190,12 @@ def _learned(report: Report, person: str) -> None:
         "table1_without_noise": {row.part.key: row.error for row in table_1(exact)},
         "cameras": camera_results(done.physics, speaker),
     }
-    report.picture(
-        "figure1.png", draw_dots(renderer, done.shell, done.correspondence),
+    report.figure(
+        "figure1.png", png(draw_dots(renderer, done.shell, done.correspondence)),
         "Figure 1: where the sixteen dots of the lips are on the shell; one more is on the nose.",
     )  # fmt: skip
-    report.picture(
-        "figure2.png", draw_modes(renderer, done.shell, done.physics),
+    report.figure(
+        "figure2.png", png(draw_modes(renderer, done.shell, done.physics)),
         "Figure 2: the mean displacement and the first modes, two standard deviations each way.",
     )  # fmt: skip
     report.remarks += [

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from abs_engine.learn.reconstruction import TABLE_1
-from abs_engine.papers.results import Results, number
+from abs_engine.papers.results import MISSING, Results, number
 
 Unit = Literal["share", "error", "mm", "count"]
-MISSING = "not measured"
 _FORMATS: dict[Unit, Callable[[float], str]] = {
     "share": lambda v: f"{v:.2%}",
     "error": lambda v: f"{v:.2e}",

@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from abs_engine.core.errors import InputFileError
-from abs_engine.core.scene import Renderer
-from abs_engine.io.assets import Speaker
 from abs_engine.io.inputs import read_json
 from abs_engine.io.naming import settle
+from abs_engine.papers.results import Reproduction
 
 
 @dataclass(frozen=True)
@@ -65,40 +64,25 @@ FULL = Amount((320, 240), 5, 8, 8, (150, 300, 600), practised=24)
 
 
 @dataclass
-class Report:
+class Report(Reproduction):
     """Results collected on the way; the parts that come later add to it.
 
     Parameters
     ----------
-    kept : Path
-        Gets finished stages, and the frames of those under way, of which an interrupted run left
-        the first.
-    tell : callable
-        Called with what is done next.
     workers : int
         Processes that track sentences.
     renderer_name : str
         What they draw with; see `open_renderer`.
     timing : dict
         What they took.
-    figures : list of (str, str)
-        Address and caption.
     """
 
-    folder: Path
-    kept: Path
-    renderer: Renderer
-    speaker: Speaker
     person: str
-    seed: int
     quick: bool
-    tell: Callable[[str], None]
     amount: Amount
     workers: int = 1
     renderer_name: str = "auto"
-    results: dict[str, Any] = field(default_factory=dict)
     timing: dict[str, Any] = field(default_factory=dict)
-    figures: list[tuple[str, str]] = field(default_factory=list)
 
     @property
     def command(self) -> str:
@@ -112,11 +96,6 @@ class Report:
         ):  # fmt: skip
             words += [f"--{option} {own}"] if own != default else []
         return " ".join(words)
-
-    def figure(self, name: str, content: bytes, caption: str) -> None:
-        """Write a figure."""
-        (self.folder / name).write_bytes(content)
-        self.figures.append((name, caption))
 
     def stage(self, name: str, make: Callable[[Report], None]) -> None:
         """Do a part, or take what an interrupted run in the same folder found of it.

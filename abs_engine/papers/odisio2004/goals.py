@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from abs_engine.papers.results import Results, number
+from abs_engine.papers.results import MISSING, Results, number
 from abs_engine.report.document import MISSED
 
-NOT_MEASURED = "not measured"
 CLEARLY = 0.8
 """Share of the constant twin's error that counts as clearly below it."""
 
@@ -110,7 +109,7 @@ def goal_rows(results: Results) -> list[tuple[str, str, str, str]]:
         value = goal.measured(results)
         aim = f"{'≥' if goal.least else '≤'} {goal.bound:g}"
         if value is None:
-            rows.append((goal.name, NOT_MEASURED, aim, ""))
+            rows.append((goal.name, MISSING, aim, ""))
             continue
         ahead = value - goal.bound if goal.least else goal.bound - value
         verdict = f"{'met' if ahead >= 0 else MISSED}, by {abs(ahead):.3g}"

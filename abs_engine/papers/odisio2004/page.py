@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from abs_engine.face.talking import MODELS
-from abs_engine.papers.odisio2004.goals import NOT_MEASURED, goal_rows
+from abs_engine.papers.odisio2004.goals import goal_rows
 from abs_engine.papers.odisio2004.sequence import PAPER
 from abs_engine.papers.odisio2004.visemes import ASKED, NEUTRAL, PRINTED
-from abs_engine.papers.results import Results, number
+from abs_engine.papers.results import MISSING, Results, number
 from abs_engine.report.articulation.tables import PAPER_TOTAL, PAPER_VARIANCE
 from abs_engine.report.document import figures as pictures
 from abs_engine.report.document import results_page, table
@@ -107,7 +107,7 @@ def _face(results: Results) -> str:
 
 def _cell(value: float | None) -> str:
     if value is None or value != value:
-        return NOT_MEASURED
+        return MISSING
     return f"{value:.0f}" if abs(value) >= 100 or float(value).is_integer() else f"{value:.3g}"
 
 
@@ -116,7 +116,7 @@ def _variance(results: Results) -> str:
     rows = []
     for name, paper in papers.items():
         value = number(results, f"variance.{name}")
-        rows.append((name, NOT_MEASURED if value is None else f"{value:.2%}", f"{paper:.2%}"))
+        rows.append((name, MISSING if value is None else f"{value:.2%}", f"{paper:.2%}"))
     return table(("parameter", "here", "paper"), rows)
 
 
@@ -230,7 +230,7 @@ def _unassisted(results: Results) -> str:
 def _trees(results: Results) -> str:
     trees = results.get("trees")
     if not isinstance(trees, Mapping):
-        return f"<p>{NOT_MEASURED.capitalize()}.</p>"
+        return f"<p>{MISSING.capitalize()}.</p>"
     rows = [
         (kind, " ".join("{" + " ".join(group) + "}" for group in groups), _PAPER_TREES[kind])
         for kind, groups in trees.items()
@@ -266,6 +266,6 @@ def _practice(results: Results) -> str:
 
 def _rows(found: object) -> str:
     if not isinstance(found, Sequence) or not found:
-        return f"<p>{html.escape(NOT_MEASURED.capitalize())}.</p>"
+        return f"<p>{html.escape(MISSING.capitalize())}.</p>"
     rows = [[v if isinstance(v, str) else _cell(v) for v in row.values()] for row in found]
     return table([name.replace("_", " ") for name in found[0]], rows)
