@@ -128,7 +128,7 @@ def apply_model(
 def _check_unit(model: ArticulatoryModel, placed: FloatArray) -> None:
     """Refuse frames (T, N, 3) of a model's points that are not of the size of its own."""
     there = np.isfinite(placed).all(axis=2)
-    several = np.asarray(there.sum(axis=1) > 1)
+    several: BoolArray = there.sum(axis=1) > 1
     if not several.any():
         return
     usual, size = (
