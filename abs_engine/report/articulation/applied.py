@@ -132,7 +132,7 @@ def _check_unit(model: ArticulatoryModel, placed: FloatArray) -> None:
     if not several.any():
         return
     usual, size = (
-        float(np.median(_extents(np.where(there[..., None], p, np.nan)[several])))
+        float(np.median(_extents(np.asarray(np.where(there[..., None], p, np.nan))[several])))
         for p in (model.mean, placed)
     )
     if not _LEAST_SIZE * usual <= size <= usual / _LEAST_SIZE:
