@@ -24,7 +24,7 @@ def test_every_public_name_can_be_imported():
 
 
 @pytest.mark.parametrize(("name", "values", "said"), [
-    ("export_run", ("run", None, "out.csv"), "exporter is None; give text"),
+    ("export_run", ("run", None, "out.csv"), "the format is None; give text"),
     ("export_run", ("run", "landmarks", None), "output is None; give a path"),
     ("export_run", (3, "landmarks", "out.csv"), "run is 3; give a path"),
     ("export_run", ("run", "landmarks", "out.csv", None, 8), "smooth is 8; give text"),

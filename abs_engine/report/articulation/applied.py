@@ -127,12 +127,12 @@ def apply_model(
 
 def _check_unit(model: ArticulatoryModel, placed: FloatArray) -> None:
     """Refuse frames (T, N, 3) of a model's points that are not of the size of its own."""
-    there = np.isfinite(placed).all(axis=2)
-    several: BoolArray = there.sum(axis=1) > 1
+    there = np.asarray(np.isfinite(placed).all(axis=2))
+    several = there.sum(axis=1) > 1
     if not several.any():
         return
     usual, size = (
-        float(np.median(_extents(np.asarray(np.where(there[..., None], p, np.nan))[several])))
+        float(np.median(_extents(np.where(there[..., None], p, np.nan)[several])))
         for p in (model.mean, placed)
     )
     if not _LEAST_SIZE * usual <= size <= usual / _LEAST_SIZE:
