@@ -72,8 +72,8 @@ def speaker(chosen: Chosen) -> Done:
             if path not in runs:
                 progress.announce(f"tracking recording {number} of {len(paths)}, {path.name}")
                 runs[path] = tracked(path, renderer, options)
-                for line in runs[path].remarks:
-                    progress.remark(f"{path.name}: {line}")
+            for line in runs[path].remarks:
+                progress.remark(f"{path.name}: {line}")
         _doubt(runs, paths, head, progress)
         recordings = [runs[path] for path in paths]
         few = _few(recordings)

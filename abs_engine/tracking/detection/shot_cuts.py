@@ -33,11 +33,15 @@ class ShotCuts:
         return float(changed.mean()) > DETECTION.most_changed
 
 
+ASSUMED = "one person is assumed"
+"""Words of the lines about shots in a run."""
+
+
 def cut_line(frames: Sequence[int]) -> str:
     """Line about the frames that begin other shots."""
     return (
-        f"the film is cut before {_numbered(frames)}: one person is assumed in all shots; if there "
-        "are several people, track each shot separately"
+        f"the film is cut before {_numbered(frames)}: {ASSUMED} in all shots; if there are several "
+        "people, track each shot separately"
     )
 
 
@@ -45,8 +49,16 @@ def anew_line(frames: Sequence[int]) -> str:
     """Line about the frames from which on another face may be followed."""
     return (
         f"after more than {DETECTION.patience} frames without a face, one that may be another "
-        f"person's is followed from {_numbered(frames)} on: one person is assumed; if there are "
-        "several people, track each part separately"
+        f"person's is followed from {_numbered(frames)} on: {ASSUMED}; if there are several "
+        "people, track each part separately"
+    )
+
+
+def shots_line(frames: Sequence[int]) -> str:
+    """Warning that the shots which some frames begin are all learned as one person's."""
+    return (
+        f"warning: another shot begins with {_numbered(frames)}: one face is learned of all shots, "
+        "also of several people; if there are several, cut the video there, and give one's parts"
     )
 
 

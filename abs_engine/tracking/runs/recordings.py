@@ -27,7 +27,9 @@ from abs_engine.io.video import probe
 from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking.detection.face_choice import LARGEST, FaceChoice
 from abs_engine.tracking.detection.initial_pose import FaceBox
+from abs_engine.tracking.detection.shot_cuts import shots_line
 from abs_engine.tracking.person.scale import USUAL_PUPILS, Scale
+from abs_engine.tracking.results.measures import cuts
 from abs_engine.tracking.results.run_table import sure_frames
 from abs_engine.tracking.runs.record import SUMMARY, Record, camera_of, load_whole_run
 from abs_engine.tracking.runs.stated_settings import stated_settings
@@ -56,7 +58,8 @@ class Recording:
     choice : FaceChoice
         The face that was tracked.
     remarks : tuple of str
-        What a user should know of a video that was just tracked: several faces, cuts, warnings.
+        What a user should know: that there are several shots, and of a video that was just tracked
+        its several faces and warnings.
     rest : (V, 3) float32, mm, or None
         The head without expression; None in runs of earlier versions.
     """
@@ -75,7 +78,10 @@ class Recording:
     def of(cls, path: Path, video: Path, record: Record, scale: Scale) -> Recording:
         """Recording of the clip that was just tracked; its face is the largest."""
         mesh, arrays = record.mesh, record.copied().arrays
-        return cls(path, video, arrays, mesh.mean, mesh.weights, scale.pupils, rest=mesh.rest)
+        return cls(
+            path, video, arrays, mesh.mean, mesh.weights, scale.pupils, remarks=_shots(arrays),
+            rest=mesh.rest,
+        )  # fmt: skip
 
     def again(self, record: Record, scale: Scale) -> Recording:
         """The same recording, tracked another time."""
@@ -148,7 +154,7 @@ def load_recording(folder: Path, speaker: Speaker) -> Recording:
     video = next((p for p in there if digest(p) == known), None)
     if video is not None:
         return Recording(
-            folder, video, run, mesh.mean, mesh.weights, pupils, choice, rest=mesh.rest
+            folder, video, run, mesh.mean, mesh.weights, pupils, choice, _shots(run), mesh.rest
         )  # fmt: skip
     if there:
         raise InputFileError(
@@ -159,6 +165,12 @@ def load_recording(folder: Path, speaker: Speaker) -> Recording:
         f"{name}, the video of {folder}, is not there",
         "put it beside the run or into this folder, or give the video in place of the run",
     )
+
+
+def _shots(run: Arrays) -> tuple[str, ...]:
+    """Warning of a run with several shots."""
+    begun = run["index"][cuts(run)].tolist()
+    return (shots_line(begun),) if begun else ()
 
 
 def _choice(told: Mapping[str, Any], run: Arrays) -> FaceChoice:

@@ -22,6 +22,7 @@ from abs_engine.learn.posture_space import PostureSpace, learn_postures
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.training import checksum
 from abs_engine.tracking.detection.face_choice import FOLLOWS
+from abs_engine.tracking.detection.shot_cuts import ASSUMED
 from abs_engine.tracking.head.head_fit import AverageHead
 from abs_engine.tracking.landmark.rendered_landmarks import correspondence_of
 from abs_engine.tracking.loop import track
@@ -285,12 +286,13 @@ def tracked(video: Path, renderer: Renderer, options: TrackOptions) -> Recording
     with closed_after(tracker.results()) as results:
         for image, result in results:
             recorder.add(result, image)
-    record, said = recorder.record(), tracker.remarks.splitlines()
+    record, remarks = recorder.record(), tracker.remarks.splitlines()
+    told = [*remarks, *(f"warning: {w}" for w in record.summary["warnings"] if w not in remarks)]
+    said = [line for line in told if ASSUMED not in line]  # `Recording.of` warns of all shots
     several = [f"{line}: give its run in place of the video" for line in said if FOLLOWS in line]
     others = [line for line in said if FOLLOWS not in line]
-    warned = [f"warning: {one}" for one in record.summary["warnings"] if one not in said]
     recording = Recording.of(video, video, record, tracker.scale)
-    return replace(recording, remarks=(*several, *others, *warned))
+    return replace(recording, remarks=(*several, *recording.remarks, *others))
 
 
 def _usable(recordings: Sequence[Recording]) -> int:

@@ -39,6 +39,7 @@ from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.detection.face_choice import FOLLOWS, LARGEST, FaceChoice
 from abs_engine.tracking.detection.initial_pose import FaceBox
+from abs_engine.tracking.detection.shot_cuts import cut_line
 from abs_engine.tracking.options import TrackOptions
 from abs_engine.tracking.person.scale import USUAL_PUPILS, Scale
 from abs_engine.tracking.runs.recordings import (
@@ -140,6 +141,7 @@ def test_speaker_warns_of_a_recording_that_it_doubts(tmp_path, capsys, monkeypat
     for folder in folders:
         folder.mkdir()
     made = {one: recording(one, widened=0.04 * (one.name == "stranger")) for one in folders}
+    made[folders[1]] = replace(made[folders[1]], remarks=("two shots",))
     where = "abs_engine.tracking.runs.recordings"
     monkeypatch.setattr(f"{where}.load_recording", lambda path, _: made[path])
     monkeypatch.setattr(f"{where}.check_videos", lambda _: (96, 80))
@@ -147,8 +149,9 @@ def test_speaker_warns_of_a_recording_that_it_doubts(tmp_path, capsys, monkeypat
     words = ["speaker", *map(str, folders), "-o", str(tmp_path / "me.face")]
     assert main([*words, "--renderer", "cpu"]) == 2  # there is no film to learn from
     said = "".join(capsys.readouterr())
+    assert "again: two shots" in said
     assert "stranger: warning: may not show the same person as the oth" in said
-    assert re.search(r"warning: 3 recordings of \d+ s in all: 5 of 3 s are enough", said)
+    assert re.search(r"warning: 3 recordings of \d+ s in all; 5 recordings of 3 s are", said)
 
 
 def test_heads_are_compared_in_one_size():
@@ -281,17 +284,28 @@ def test_a_recording_that_is_tracked_again_keeps_its_face(monkeypatch):
 
 def test_what_is_said_of_a_video_comes_with_its_recording(monkeypatch, tmp_path):
     """Several faces, and a doubtful result: `speaker` had passed over both."""
-    results = ((None, lost_result(index)) for index in range(3))
-    said = f"the video is marked as interlaced\n2 faces: 1 here; 2 there; {FOLLOWS}"
+    results = ((None, replace(lost_result(index), cut=index == 2)) for index in range(3))
+    said = (
+        f"the video is marked as interlaced\n2 faces: 1 here; 2 there; {FOLLOWS}\n{cut_line([2])}"
+    )
     tracker = SimpleNamespace(
         remarks=said, setting=toy_setting(), scale=Scale("usual", 63.4, 0.06),
         results=lambda: results,
     )  # fmt: skip
     monkeypatch.setattr(speaker_learning, "prepare", lambda *_: tracker)
-    faces, interlaced, warning = speaker_learning.tracked(tmp_path, None, TrackOptions()).remarks
+    one = speaker_learning.tracked(tmp_path, None, TrackOptions())
+    faces, shots, interlaced, warning = one.remarks
+    assert shots.startswith("warning: another shot begins with frame 2: one face is learned of all")
     assert faces.endswith("'track --face N' follows another: give its run in place of the video")
     assert "interlaced" in interlaced
     assert warning.startswith("warning: no frame was tracked (face not found in 3)")
+
+
+def test_a_run_with_several_shots_is_warned_of(run):
+    assert load_recording(run, load_speaker()).remarks == ()
+    rewrite(run, cut=np.array([False, True]))
+    (said,) = load_recording(run, load_speaker()).remarks
+    assert said.startswith("warning: another shot begins with frame 1: one face")
 
 
 def test_a_run_of_another_head_is_refused(run):
