@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
-from abs_engine.core.arrays import FloatArray, Image, evenly
+from abs_engine.core.arrays import BoolArray, FloatArray, Image, evenly
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.core.pose import parted
@@ -27,6 +28,8 @@ TILE = 240, 176
 CAPTION = 22
 ACROSS = 1.7  # mouth widths in a tile
 _CLOSED = (255, 210, 90)
+LESS, LESS_EXPLAINED = (255, 140, 0), "explained less than most"
+"""Colour of the frame around a doubtful tile, and what it means; see `less_explained`."""
 _SIDE = 480  # pixels, height of the picture
 _ABOUT = 0.35  # of the head's size, that is shown around it
 _LIPS, _INSIDE, _SKIN = (255, 70, 60), (60, 0, 0), (90, 160, 255)
@@ -73,10 +76,11 @@ class ContactSheet:
         write_text(tile, text, at, LOST if result.contradicted else plain)
         return tile
 
-    def picture(self) -> Image:
+    def picture(self, less: BoolArray | None = None) -> Image:
         """The sheet, (H, W, 3) uint8 RGB: all frames up to 80, else evenly spread ones.
 
-        Its last line says what the lines' colours are, and how many of the frames it shows.
+        Tiles of those frames (T,) that are explained less than most are framed. Its last line says
+        what the colours mean, and how many of the frames it shows.
         """
         count = len(self._tiles)
         chosen = evenly(count, MOST_TILES)
@@ -86,9 +90,13 @@ class ContactSheet:
         for place, index in enumerate(chosen):
             y, x = (high + 2) * (place // COLUMNS), (wide + 2) * (place % COLUMNS)
             sheet[y : y + high, x : x + wide] = self._tiles[index]
+            if less is not None and less[index * self._stride]:
+                cv2.rectangle(sheet, (x + 1, y + 1), (x + wide - 2, y + TILE[1] - 2), LESS, 3)
         words = [*LEGEND, (f"{len(chosen)} of {self._seen} frames", WHITE)]
         if self._contradicted:
             words.append((OTHERWISE, LOST))
+        if less is not None and less.any():
+            words.append((LESS_EXPLAINED, LESS))
         for k, (text, colour) in enumerate(words):
             write_text(sheet, text, (6 + k * (wide + 2), len(sheet) - 6), colour)
         return sheet

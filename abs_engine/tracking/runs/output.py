@@ -17,6 +17,7 @@ from abs_engine.io.inputs import read_json
 from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.results.overlay import Overlay
 from abs_engine.tracking.results.run_pictures import ContactSheet, HeadKeeper
+from abs_engine.tracking.results.run_table import LESS
 from abs_engine.tracking.runs.record import SUMMARY, Record, Recorder
 
 OVERLAY, SHEET, COLOURS = "overlay.mp4", "contact_sheet.png", "colours.npz"
@@ -99,7 +100,7 @@ def write_run(
     took, busy = time.perf_counter() - start, time.process_time() - busy
     record, stated = recorder.record(), {"settings": facts.settings}
     with one_thread(), meanwhile(record.write, folder, stated) as written:
-        (folder / SHEET).write_bytes(png(sheet.picture()))
+        (folder / SHEET).write_bytes(png(sheet.picture(record.arrays[LESS])))
         whole = head.picture()
         if whole is not None:
             (folder / HEAD).write_bytes(png(whole))

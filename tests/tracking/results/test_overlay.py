@@ -235,6 +235,26 @@ def test_tiles_mark_closed_and_lost_frames():
     assert len(painted(lost, LOST)) > 20
 
 
+@pytest.mark.parametrize("count", [20, 400])
+def test_tiles_of_frames_that_are_explained_less_are_framed(count):
+    sheet = ContactSheet(toy_setting())
+    tile = np.zeros((sheets.TILE[1] + sheets.CAPTION, sheets.TILE[0], 3), np.uint8)
+    sheet.tile = lambda *_: tile.copy()
+    for index in range(count):
+        sheet.add(GREY, toy_result(index))
+    less = np.arange(count) >= 3 * count // 4  # the last quarter
+    plain, framed = sheet.picture(np.zeros(count, bool)), sheet.picture(less)
+    assert len(painted(plain[: -sheets.CAPTION], sheets.LESS)) == 0
+    assert (plain[-sheets.CAPTION :] != framed[-sheets.CAPTION :]).any()  # what they mean
+    tiles = min(count, sheets.MOST_TILES)
+    rows = -(-tiles // sheets.COLUMNS)
+    high = (len(framed) - sheets.CAPTION) // rows
+    part = [painted(row, sheets.LESS) for row in np.split(framed[: rows * high], rows)]
+    assert len(part[0]) == 0
+    assert len(part[-1]) > 0
+    np.testing.assert_array_equal(sheet.picture(), plain)
+
+
 def test_lines_of_a_head_seen_from_the_side_stay_as_they_are(drawing):
     result = toy_result(0, prototype=4)
     aside = Rotation.from_euler("y", 95, degrees=True).as_matrix()
