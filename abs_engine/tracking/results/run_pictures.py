@@ -91,7 +91,7 @@ class ContactSheet:
             y, x = (high + 2) * (place // COLUMNS), (wide + 2) * (place % COLUMNS)
             sheet[y : y + high, x : x + wide] = self._tiles[index]
             if less is not None and less[index * self._stride]:
-                cv2.rectangle(sheet, (x + 1, y + 1), (x + wide - 2, y + TILE[1] - 2), LESS, 3)
+                cv2.rectangle(sheet, (x + 2, y + 2), (x + wide - 3, y + TILE[1] - 3), LESS, 3)
         words = [*LEGEND, (f"{len(chosen)} of {self._seen} frames", WHITE)]
         if self._contradicted:
             words.append((OTHERWISE, LOST))
