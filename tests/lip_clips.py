@@ -24,7 +24,7 @@ from abs_engine.papers.basu1998.experiment import TrainedLips, learn_lips
 from abs_engine.papers.basu1998.motion import UNROUNDED, authored_motion
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.results.run_mesh import RunMesh
-from abs_engine.tracking.runs.record import Recorder
+from abs_engine.tracking.runs.recorder import Recorder
 
 CAMERA = Camera.ideal(SIZE)
 SPEAKER = load_speaker()

@@ -24,7 +24,7 @@ from abs_engine.io.assets import load_speaker, shipped
 from abs_engine.io.video import VideoWriter
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.runs.record import Recorder
+from abs_engine.tracking.runs.recorder import Recorder
 from abs_engine.tracking.start.blob_start import mouth_model
 
 SIZE = 320, 240

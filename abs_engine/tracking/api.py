@@ -26,7 +26,8 @@ from abs_engine.tracking.results.smoothing import Smoothing
 from abs_engine.tracking.run import prepare, settings_of, track_video
 from abs_engine.tracking.run_in_memory import Run
 from abs_engine.tracking.runs.output import Progress
-from abs_engine.tracking.runs.record import Record, Recorder
+from abs_engine.tracking.runs.record import Record
+from abs_engine.tracking.runs.recorder import Recorder
 
 _INTERNAL = ("model_file",)  # follows from `model`
 

@@ -38,7 +38,7 @@ from abs_engine.face.head import PROTOTYPES
 from abs_engine.face.schema import ICT_68, face_unit
 from abs_engine.io.morphs import read_morphs
 from abs_engine.tracking.results.smoothing import Smoothing
-from abs_engine.tracking.runs.record import Recorder
+from abs_engine.tracking.runs.recorder import Recorder
 
 POSTURES = (0, 1, 2, 3, None, 1, 0)
 LOST = 4

@@ -122,9 +122,7 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
     whole, added = _completed(whole, contours, float(np.linalg.norm(jaw[marks.chin[0]])))
     missing = tuple(n for n, d in zip(FACE_UNITS, units, strict=True) if not d.any())
     identity = _identity(mesh, table.people, frame, origin, marks)
-    blinks = whole.units[[FACE_UNITS.index(unit) for unit in units_of(Pair.EYE_BLINK)]]
-    blinked = np.linalg.norm(blinks.astype(np.float64), axis=2).max(axis=0)
-    uv, painted = paint(whole.vertices, whole.faces, whole.classes, marks, blinked)
+    uv, painted = paint(whole.vertices, whole.faces, whole.classes, marks, _blinked(whole.units))
     looks = {NEUTRAL: painted}
     if textures:
         uv, looks = laid(mesh.uv_of_vertices(), textures, uv, painted)
@@ -196,6 +194,12 @@ def _identity(
         check_person(path, frame.places(mesh.vertices + moved), frame.places(mesh.vertices), marks)
         out[f"{PERSON}{name}"] = frame.moves(moved)
     return out
+
+
+def _blinked(units: NDArray[np.float32]) -> FloatArray:
+    """Distances (V,), mm, by which blinks move the vertices, by units (K, V, 3)."""
+    blinks = units[[FACE_UNITS.index(unit) for unit in units_of(Pair.EYE_BLINK)]]
+    return np.asarray(np.linalg.norm(blinks.astype(np.float64), axis=2).max(axis=0))
 
 
 def _textures(

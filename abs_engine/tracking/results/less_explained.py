@@ -13,11 +13,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import BoolArray, FloatArray
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.fit.settings import BELIEF
 from abs_engine.io.assets import CLOSED_APERTURE
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
+PARTLY = (
+    "in {} of {} tracked frames, between frames {} and {}, the drawn mouth explains less of the "
+    "picture than in most: text, a hand or the like may lie over the lips, or they are blurred, or "
+    "open very wide; there aperture_sd is larger; look at the overlay"
+)
 _NORMAL, _LEAST = NormalDist(), 1e-12
 
 
@@ -52,3 +57,14 @@ def doubted(beliefs: Mapping[str, NDArray[Any]], short: FloatArray) -> dict[str,
             off = float(own[k]) * _NORMAL.inv_cdf(min(max(float(closed[k]), _LEAST), 1 - _LEAST))
         less[k] = _NORMAL.cdf(off / float(wider[k]))
     return {"aperture_sd": wider, "closed_probability": less}
+
+
+def partly_explained(less: BoolArray, index: IntArray) -> list[str]:
+    """Warning that some tracked frames are explained less than most, if more than a few are.
+
+    `less` (N,) says which of them, `index` (N,) their numbers in the video.
+    """
+    if not less.any() or less.mean() <= FRAME_LOOP.most_less_explained:
+        return []
+    first, last = index[less][[0, -1]]
+    return [PARTLY.format(int(less.sum()), len(less), first, last)]

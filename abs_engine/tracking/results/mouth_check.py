@@ -12,13 +12,28 @@ from __future__ import annotations
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.words import counted
 from abs_engine.fit.opening import NAME as OPENING
 from abs_engine.tracking.detection.face_choice import faces_seen
 from abs_engine.tracking.detection.landmarks import OUTER_RING, Landmarks
 from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.results.run_table import closed_frames
-from abs_engine.tracking.results.run_warnings import hardly_moves, mouth_otherwise, never_open
 from abs_engine.tracking.settings.frames import FRAME_LOOP
+
+ELSEWHERE = (
+    "in {} of {} in which a landmark network sees the mouth, it is drawn {}: look at the overlay; "
+    "without --preset, --model, --start and --person, landmarks place the head"
+)
+NEVER_OPEN = (
+    "in {} of {} that were looked at, of those in which the mouth is drawn closed, a landmark "
+    "network sees it open: look at the overlay; the learned lips may be unable to open as this "
+    "mouth does; track without them (--physics, --model, --preset)"
+)
+HARDLY_MOVES = (
+    "in {} that were looked at the aperture varies by {:.1f} mm; by how a landmark network sees "
+    "the mouth, it should by about {:.0f} mm: look at the overlay; the learned lips may be unable "
+    "to move as this mouth does; track without them (--physics, --model, --preset)"
+)
 
 
 class MouthCheck:
@@ -86,3 +101,48 @@ def _elsewhere(drawn: FloatArray, seen: Landmarks) -> bool:
     across = float(np.linalg.norm(high - low) / np.linalg.norm(most - least))
     narrow, wide = FRAME_LOOP.mouth_sizes
     return away > FRAME_LOOP.mouth_away * face or not narrow < across < wide
+
+
+def mouth_otherwise(elsewhere: int, shut: int, seen: int, looked_at: int) -> list[str]:
+    """Warnings that mouths are drawn otherwise than they are seen in some frames, if they are.
+
+    The counts are of frames in which one lies beside the face's, in which it is closed and seen
+    open, in which a face is seen, and of all. Where hardly one is seen, nothing is known.
+    """
+    if 2 * seen < looked_at:
+        return []
+    frames, told = counted(seen, "frame"), []
+    if elsewhere > FRAME_LOOP.most_elsewhere * seen:
+        told.append(ELSEWHERE.format(elsewhere, frames, "elsewhere"))
+    if _many(shut, seen):
+        told.append(ELSEWHERE.format(shut, frames, "closed, and seen open"))
+    return told
+
+
+def never_open(shut: int, seen: int, looked_at: int) -> list[str]:
+    """Warning that learned lips are drawn closed where the mouth is seen open, if they are.
+
+    The counts are of frames, all with lips drawn closed: in which they are seen open, in which a
+    face is seen, and of all that were looked at.
+    """
+    if 2 * seen < looked_at or not _many(shut, seen):
+        return []
+    return [NEVER_OPEN.format(shut, counted(seen, "frame"))]
+
+
+def hardly_moves(apertures: FloatArray, openness: FloatArray) -> list[str]:
+    """Warning that learned lips hardly open and close where the mouth is seen to, if they do not.
+
+    Both are of the same frames (N,): apertures as drawn, mm, and `Landmarks.openness`.
+    """
+    if len(openness) < FRAME_LOOP.fewest_looks or openness.std() < FRAME_LOOP.openness_varies:
+        return []
+    moved, seen = float(apertures.std()), FRAME_LOOP.openness_mm * float(openness.std())
+    if moved > FRAME_LOOP.least_following * seen:
+        return []
+    return [HARDLY_MOVES.format(counted(len(openness), "frame"), moved, seen)]
+
+
+def _many(shut: int, seen: int) -> bool:
+    """Whether so many frames, of those in which a face is seen, are no chance."""
+    return shut > max(1.0, FRAME_LOOP.most_contradicted * seen)

@@ -13,11 +13,22 @@ import numpy as np
 
 from abs_engine.core.arrays import Image
 from abs_engine.core.geometry import Pose
+from abs_engine.core.words import counted
 from abs_engine.tracking.detection.face_choice import by_size
 from abs_engine.tracking.detection.face_detection import Face, find_faces
 from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.results.run_warnings import ANOTHER, LARGER, other_face
 from abs_engine.tracking.settings.frames import FRAME_LOOP
+
+LARGER = (
+    "a larger face than the one that is followed is seen in {} of {} that were looked at, first in "
+    "frame {} about {:.0f} {:.0f} ({:.0f} pixels): if you mean that one, give --mouth with a box "
+    "about its mouth, or cut the video so that it begins there"
+)
+ANOTHER = (
+    "where the face that is followed is not found, another is seen: in {} of {} that were looked "
+    "at, first in frame {} about {:.0f} {:.0f} ({:.0f} pixels); if it is the same person's, or the "
+    "one that you mean, cut the video there and track each part"
+)
 
 
 @dataclass
@@ -42,6 +53,14 @@ class Sightings:
         if faces:
             self.with_face.append(frames)
             self.first = self.first or (index, faces[0])
+
+    def warnings(self, text: str) -> list[str]:
+        """The text about the first such face, if several looks show one, for enough frames."""
+        least = FRAME_LOOP.most_others * sum(self.looks)
+        if self.first is None or len(self.with_face) < 2 or sum(self.with_face) < least:
+            return []
+        (index, face), frames = self.first, counted(len(self.looks), "frame")
+        return [text.format(len(self.with_face), frames, index, *face.centre, face.size)]
 
 
 class OtherFaces:
@@ -87,7 +106,4 @@ class OtherFaces:
 
     def warnings(self) -> list[str]:
         """Those of faces that are seen in more than one look, and in enough of the frames."""
-        return [
-            *other_face(LARGER, self._seen.looks, self._seen.with_face, self._seen.first),
-            *other_face(ANOTHER, self._unseen.looks, self._unseen.with_face, self._unseen.first),
-        ]
+        return [*self._seen.warnings(LARGER), *self._unseen.warnings(ANOTHER)]

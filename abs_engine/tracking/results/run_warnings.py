@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
+from abs_engine.core.arrays import BoolArray, IntArray
 from abs_engine.core.words import counted, each_counted
 from abs_engine.face.appearance.colour import shows_lips
 from abs_engine.face.appearance.exposure import USUAL, Exposure
-from abs_engine.tracking.detection.face_detection import Face
 from abs_engine.tracking.frame.blob_visibility import COVERED
 from abs_engine.tracking.frame.clip_setting import GREY
 from abs_engine.tracking.settings.frames import FRAME_LOOP
@@ -46,11 +45,6 @@ SAME_COLOUR = (
 )
 
 LITTLE = "the drawn mouth explains only {:.0%} of the picture around it: look at the overlay"
-PARTLY = (
-    "in {} of {} tracked frames, between frames {} and {}, the drawn mouth explains less of the "
-    "picture than in most: text, a hand or the like may lie over the lips, or they are blurred, or "
-    "open very wide; there aperture_sd is larger; look at the overlay"
-)
 GIVEN_COLOURS = (
     "the colours are another run's: leave them out unless they are of this person in this light"
 )
@@ -69,20 +63,6 @@ OTHERS = "the face explains only {:.0%} of the picture: is it this speaker's?"
 OTHER_TALKER = (
     "the talking face explains only {:.0%} of the picture: if it is another person's, or was "
     "learned in other light, track without --model and --preset"
-)
-ELSEWHERE = (
-    "in {} of {} in which a landmark network sees the mouth, it is drawn {}: look at the overlay; "
-    "without --preset, --model, --start and --person, landmarks place the head"
-)
-NEVER_OPEN = (
-    "in {} of {} that were looked at, of those in which the mouth is drawn closed, a landmark "
-    "network sees it open: look at the overlay; the learned lips may be unable to open as this "
-    "mouth does; track without them (--physics, --model, --preset)"
-)
-HARDLY_MOVES = (
-    "in {} that were looked at the aperture varies by {:.1f} mm; by how a landmark network sees "
-    "the mouth, it should by about {:.0f} mm: look at the overlay; the learned lips may be unable "
-    "to move as this mouth does; track without them (--physics, --model, --preset)"
 )
 SMALL_MOUTH = (
     "the mouth is only {} wide in the picture: below {:.0f} its openings are hardly followed; give "
@@ -103,16 +83,6 @@ STRETCHED = (
 OTHER_TIMES = (
     "{} could be read, but the file gives times of {}: the times in the results follow from the "
     "mean rate, and may be off; convert the video, for example with ffmpeg"
-)
-LARGER = (
-    "a larger face than the one that is followed is seen in {} of {} that were looked at, first in "
-    "frame {} about {:.0f} {:.0f} ({:.0f} pixels): if you mean that one, give --mouth with a box "
-    "about its mouth, or cut the video so that it begins there"
-)
-ANOTHER = (
-    "where the face that is followed is not found, another is seen: in {} of {} that were looked "
-    "at, first in frame {} about {:.0f} {:.0f} ({:.0f} pixels); if it is the same person's, or the "
-    "one that you mean, cut the video there and track each part"
 )
 UNLIKE_SHOT = (
     "no frame of the shot from frame {} to {} is tracked, as its mouth looks unlike that of the "
@@ -186,66 +156,6 @@ def little_explained(source: str, score: float | None) -> list[str]:
     return []
 
 
-def mouth_otherwise(elsewhere: int, shut: int, seen: int, looked_at: int) -> list[str]:
-    """Warnings that mouths are drawn otherwise than they are seen in some frames, if they are.
-
-    The counts are of frames in which one lies beside the face's, in which it is closed and seen
-    open, in which a face is seen, and of all. Where hardly one is seen, nothing is known.
-    """
-    if 2 * seen < looked_at:
-        return []
-    frames, told = counted(seen, "frame"), []
-    if elsewhere > FRAME_LOOP.most_elsewhere * seen:
-        told.append(ELSEWHERE.format(elsewhere, frames, "elsewhere"))
-    if _many(shut, seen):
-        told.append(ELSEWHERE.format(shut, frames, "closed, and seen open"))
-    return told
-
-
-def never_open(shut: int, seen: int, looked_at: int) -> list[str]:
-    """Warning that learned lips are drawn closed where the mouth is seen open, if they are.
-
-    The counts are of frames, all with lips drawn closed: in which they are seen open, in which a
-    face is seen, and of all that were looked at.
-    """
-    if 2 * seen < looked_at or not _many(shut, seen):
-        return []
-    return [NEVER_OPEN.format(shut, counted(seen, "frame"))]
-
-
-def hardly_moves(apertures: FloatArray, openness: FloatArray) -> list[str]:
-    """Warning that learned lips hardly open and close where the mouth is seen to, if they do not.
-
-    Both are of the same frames (N,): apertures as drawn, mm, and `Landmarks.openness`.
-    """
-    if len(openness) < FRAME_LOOP.fewest_looks or openness.std() < FRAME_LOOP.openness_varies:
-        return []
-    moved, seen = float(apertures.std()), FRAME_LOOP.openness_mm * float(openness.std())
-    if moved > FRAME_LOOP.least_following * seen:
-        return []
-    return [HARDLY_MOVES.format(counted(len(openness), "frame"), moved, seen)]
-
-
-def _many(shut: int, seen: int) -> bool:
-    """Whether so many frames, of those in which a face is seen, are no chance."""
-    return shut > max(1.0, FRAME_LOOP.most_contradicted * seen)
-
-
-def other_face(
-    text: str, looks: Sequence[int], seen: Sequence[int], first: tuple[int, Face] | None
-) -> list[str]:
-    """Warning, in a text, of a face besides the followed one, if it is in several looks.
-
-    `looks` and `seen` are how many frames each stands for, of all looks and of those with such a
-    face; `first` is the first frame with one, and that face.
-    """
-    if first is None or len(seen) < 2 or sum(seen) < FRAME_LOOP.most_others * sum(looks):
-        return []
-    index, face = first
-    frames = counted(len(looks), "frame")
-    return [text.format(len(seen), frames, index, *face.centre, face.size)]
-
-
 def unlike_shots(
     found: BoolArray, status: NDArray[np.str_], cut: BoolArray, index: IntArray
 ) -> list[str]:
@@ -281,17 +191,6 @@ def without_colour(status: NDArray[np.str_]) -> list[str]:
     """Warning that some frames (T,) have no colour, while the clip has, if some do."""
     grey = int(np.count_nonzero(status == GREY))
     return [SOME_GREY.format(grey, counted(len(status), "frame"))] if grey else []
-
-
-def partly_explained(less: BoolArray, index: IntArray) -> list[str]:
-    """Warning that some tracked frames are explained less than most, if more than a few are.
-
-    `less` (N,) says which of them, `index` (N,) their numbers in the video.
-    """
-    if not less.any() or less.mean() <= FRAME_LOOP.most_less_explained:
-        return []
-    first, last = index[less][[0, -1]]
-    return [PARTLY.format(int(less.sum()), len(less), first, last)]
 
 
 def small_mouth(width: float) -> list[str]:

@@ -18,7 +18,8 @@ from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.results.overlay import Overlay
 from abs_engine.tracking.results.run_pictures import ContactSheet, HeadKeeper
 from abs_engine.tracking.results.run_table import LESS
-from abs_engine.tracking.runs.record import SUMMARY, Record, Recorder
+from abs_engine.tracking.runs.record import SUMMARY, Record
+from abs_engine.tracking.runs.recorder import Recorder
 
 OVERLAY, SHEET, COLOURS = "overlay.mp4", "contact_sheet.png", "colours.npz"
 HEAD = "head.png"

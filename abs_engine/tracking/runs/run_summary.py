@@ -14,13 +14,13 @@ from abs_engine.fit.opening import NAME as OPENING
 from abs_engine.fit.shading import NAME as SHADED
 from abs_engine.tracking.detection.shot_cuts import anew_line, cut_line
 from abs_engine.tracking.frame.clip_setting import HELD, ClipSetting
+from abs_engine.tracking.results.less_explained import partly_explained
 from abs_engine.tracking.results.run_warnings import (
     all_closed,
     close_up,
     doubts,
     little_explained,
     mostly_lost,
-    partly_explained,
     reasons_lost,
     small_mouth,
     unlike_shots,

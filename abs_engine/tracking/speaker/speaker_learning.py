@@ -30,7 +30,8 @@ from abs_engine.tracking.options import Clip, Leaves, TrackOptions
 from abs_engine.tracking.person.expected_person import anybody
 from abs_engine.tracking.person.scale import pupil_scale
 from abs_engine.tracking.run import prepare, silent
-from abs_engine.tracking.runs.record import Record, Recorder
+from abs_engine.tracking.runs.record import Record
+from abs_engine.tracking.runs.recorder import Recorder
 from abs_engine.tracking.runs.recordings import Recording, check_same, check_variety, check_videos
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.settings.preparation import PREPARATION

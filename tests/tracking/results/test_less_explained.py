@@ -12,10 +12,14 @@ from runs import toy_result, toy_setting
 from abs_engine.fit.belief import Belief
 from abs_engine.fit.settings import BELIEF
 from abs_engine.tracking.frame.clip_setting import GREY
-from abs_engine.tracking.results.less_explained import doubted, less_explained, shortfall
+from abs_engine.tracking.results.less_explained import (
+    doubted,
+    less_explained,
+    partly_explained,
+    shortfall,
+)
 from abs_engine.tracking.results.run_table import sure_frames
-from abs_engine.tracking.results.run_warnings import partly_explained
-from abs_engine.tracking.runs.record import Recorder
+from abs_engine.tracking.runs.recorder import Recorder
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 BELIEVED = Belief(

@@ -16,7 +16,7 @@ from abs_engine.fit.opening import NAME as OPENING
 from abs_engine.tracking.detection.landmarks import OUTER_RING
 from abs_engine.tracking.results import mouth_check
 from abs_engine.tracking.results.mouth_check import MouthCheck
-from abs_engine.tracking.runs.record import Recorder
+from abs_engine.tracking.runs.recorder import Recorder
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 IMAGE = drawn("clara", seen_at([0, 0, 0], [0, 0, 700]))

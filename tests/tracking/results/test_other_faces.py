@@ -15,7 +15,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.tracking.detection.face_detection import find_faces
 from abs_engine.tracking.results import other_faces
 from abs_engine.tracking.results.other_faces import OtherFaces
-from abs_engine.tracking.runs.record import Recorder
+from abs_engine.tracking.runs.recorder import Recorder
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 NEAR, FAR = seen_at([0, 0, 0], [0, 0, 500]), seen_at([0, 0, 0], [0, 0, 1200])

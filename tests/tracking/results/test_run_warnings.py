@@ -10,6 +10,7 @@ import pytest
 from runs import lost_result
 
 from abs_engine.tracking.frame.clip_setting import GREY
+from abs_engine.tracking.results.mouth_check import mouth_otherwise
 from abs_engine.tracking.results.run_warnings import (
     all_closed,
     close_up,
@@ -17,7 +18,6 @@ from abs_engine.tracking.results.run_warnings import (
     doubts,
     little_explained,
     mostly_lost,
-    mouth_otherwise,
     other_head,
     small_mouth,
     unlike_shots,

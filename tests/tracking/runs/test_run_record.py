@@ -27,13 +27,8 @@ from abs_engine.tracking.results.run_mesh import load_mesh
 from abs_engine.tracking.results.run_table import POINT_NAMES, closure_table, written
 from abs_engine.tracking.results.run_warnings import FACE_COLOURS, GIVEN_COLOURS
 from abs_engine.tracking.run import prepare_clip
-from abs_engine.tracking.runs.record import (
-    RESULTS,
-    SUMMARY,
-    TABLE,
-    Recorder,
-    load_run,
-)
+from abs_engine.tracking.runs.record import RESULTS, SUMMARY, TABLE, load_run
+from abs_engine.tracking.runs.recorder import Recorder
 from abs_engine.tracking.runs.stated_settings import run_settings
 from abs_engine.tracking.settings.detection import DETECTION
 
