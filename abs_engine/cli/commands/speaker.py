@@ -92,7 +92,7 @@ def _doubt(
     runs: dict[Path, Recording], paths: list[Path], head: Speaker, progress: Progress
 ) -> None:
     """Remark on a recording that may show another person; refuse one that does."""
-    from abs_engine.tracking.runs.recordings import check_same, doubt_same
+    from abs_engine.tracking.runs.same_person import check_same, doubt_same
 
     recordings = [runs[path] for path in paths]
     check_same(recordings, head)

@@ -32,7 +32,8 @@ from abs_engine.tracking.person.scale import pupil_scale
 from abs_engine.tracking.run import prepare, silent
 from abs_engine.tracking.runs.record import Record
 from abs_engine.tracking.runs.recorder import Recorder
-from abs_engine.tracking.runs.recordings import Recording, check_same, check_variety, check_videos
+from abs_engine.tracking.runs.recordings import Recording, check_variety, check_videos
+from abs_engine.tracking.runs.same_person import check_same
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker.recorded_frames import camera_used, pictures, turned

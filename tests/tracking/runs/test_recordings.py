@@ -44,13 +44,12 @@ from abs_engine.tracking.options import TrackOptions
 from abs_engine.tracking.person.scale import USUAL_PUPILS, Scale
 from abs_engine.tracking.runs.recordings import (
     Recording,
-    check_same,
     check_variety,
     check_videos,
-    doubt_same,
     load_recording,
     mouth_box,
 )
+from abs_engine.tracking.runs.same_person import check_same, doubt_same
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.speaker import speaker_learning
 from abs_engine.tracking.speaker.recorded_frames import camera_used
