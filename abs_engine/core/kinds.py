@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.core.words import shown
 
 Kind = tuple[Callable[[Any], bool], str]
 """A test of a value, and what to give instead."""
@@ -31,7 +32,7 @@ def check_kind(name: str, value: object, kind: Kind) -> None:
     """Raise `ParameterError` if the value given under a name is of another kind."""
     fits, what = kind
     if not fits(value):
-        raise ParameterError(f"{name} is {value!r}", f"give {what}")
+        raise ParameterError(f"{name} is {shown(value)}", f"give {what}")
 
 
 def checked_frame(frame: int, count: int) -> int:
@@ -48,11 +49,13 @@ def to_path(name: str, value: str | os.PathLike[str]) -> Path:
     Raises
     ------
     ParameterError
-        If it is not a path.
+        If it is not a path, or is empty.
     InputFileError
         If it is an address, see `check_no_address`.
     """
     check_kind(name, value, PATH)
+    if value == "":  # Path would take it for the current folder
+        raise ParameterError(f"{name} is empty", "give a path")
     check_no_address(value)
     return Path(value)
 

@@ -5,11 +5,18 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 _MOST = 60  # names in a line: every face unit of a head, but not all 700 targets of a film's
+_LONGEST = 80  # characters of a value in a line; arrays of a run would fill the terminal
 
 
 def counted(count: int, what: str) -> str:
     """A count and its noun, given in the singular: "1 frame", "2 frames"."""
     return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
+def shown(value: object) -> str:
+    """A value as Python writes it; of a long one, the beginning."""
+    written = repr(value)
+    return written if len(written) <= _LONGEST else f"{written[:_LONGEST]} ..."
 
 
 def legible(name: str) -> str:

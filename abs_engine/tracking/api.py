@@ -16,6 +16,7 @@ from abs_engine.core.numpy_errors import as_usual
 from abs_engine.core.registry import nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import closed_after
+from abs_engine.core.words import shown
 from abs_engine.dataset import load_camera
 from abs_engine.io.video import probe
 from abs_engine.render.select import opened_renderer
@@ -132,7 +133,8 @@ def _options(
 def _opened(renderer: str | Renderer | None) -> Iterator[Renderer]:
     if renderer is not None and not isinstance(renderer, str):
         if not hasattr(renderer, "draw"):
-            raise ParameterError(f"renderer is {renderer!r}", "give a name, or an open renderer")
+            said = f"renderer is {shown(renderer)}"
+            raise ParameterError(said, "give a name, or an open renderer")
         check_renderer(type(renderer).__name__, renderer)
         yield renderer
         return

@@ -27,8 +27,12 @@ def test_every_public_name_can_be_imported():
     ("export_run", ("run", None, "out.csv"), "the format is None; give text"),
     ("export_run", ("run", "landmarks", None), "output is None; give a path"),
     ("export_run", (3, "landmarks", "out.csv"), "run is 3; give a path"),
+    ("export_run", ({"found": "x" * 99}, "landmarks", "out.csv"), "run is {'found': '"
+     + "x" * 69 + " ...; give a path"),
     ("export_run", ("run", "landmarks", "out.csv", None, 8), "smooth is 8; give text"),
     ("load_run", (3,), "folder is 3; give a path"),
+    ("load_run", ("",), "folder is empty; give a path"),
+    ("track", ("",), "video is empty; give a path"),
     ("score", (3, "truth"), "run is 3; give a run, its arrays, or its path"),
     ("score", ({}, 3), "truth is 3; give a path"),
     ("score", ("none", "truth"), "none does not exist; give the folder that 'track -o' "
