@@ -19,11 +19,12 @@ from abs_engine.io.new_folder import NewFolder
 from abs_engine.tracking.results.measures import closure_arrays, closures, cuts
 from abs_engine.tracking.results.run_table import closed_frames
 from abs_engine.tracking.results.smoothing import Smoothing
+from abs_engine.tracking.run_in_memory import Run
 from abs_engine.tracking.runs.record import TABLE
 
 
 def export_run(
-    run: Path | str,
+    run: Path | str | Run,
     to: str,
     output: Path | str,
     speaker: Path | None = None,
@@ -33,7 +34,7 @@ def export_run(
 
     Parameters
     ----------
-    run : path
+    run : path or Run
         What `track` made.
     to : str
         Name of an exporter; see `EXPORTERS.names()`.
@@ -69,6 +70,10 @@ def export_run(
     exporter: Exporter = EXPORTERS.get(to)
     output = check_free(to_path("output", output), exporter.suffix)
     smoothing = None if smooth is None else Smoothing.named(smooth)
+    if isinstance(run, Run):
+        with scratch() as aside:
+            run.save(aside / "run")
+            return export_run(aside / "run", to, output, speaker, smooth)
     tracked = read_run(to_path("run", run), speaker, exporter.needs)
     if smoothing is None:
         return _written(to, exporter, tracked, output)

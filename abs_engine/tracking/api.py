@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import ParameterError, SameOutputError
 from abs_engine.core.kinds import CALLED, PATH, check_kind, to_path
 from abs_engine.core.numpy_errors import as_usual
 from abs_engine.core.registry import nearest
@@ -51,7 +51,8 @@ def track(
     ----------
     video : path
     output : path, optional
-        Folder of a run, which must not exist; by default nothing is written.
+        Folder of a run, which must not exist, unless it is this very run, which is then read; by
+        default nothing is written.
     renderer : str or Renderer, optional
         A name, of which one is opened and closed again (see `open_renderer`), or an open one.
     camera : path or Camera, optional
@@ -93,7 +94,10 @@ def track(
         def keep(tracker: ClipTracker, record: Record) -> None:
             collected.append(_of(record, tracker, chosen))
 
-        track_video(path, folder, drawn, chosen, progress, stage=stage, recorded=keep)
+        try:
+            track_video(path, folder, drawn, chosen, progress, stage=stage, recorded=keep)
+        except SameOutputError:
+            return Run.load(folder)
         return collected[0]
 
 

@@ -1,4 +1,4 @@
-"""A video's results as arrays: what `track` returns, and can save."""
+"""A video's results as arrays: what `track` returns, and what can be saved and loaded."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import to_path
 from abs_engine.core.registry import nearest
 from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.io.inputs import is_there
 from abs_engine.io.new_folder import NewFolder
 from abs_engine.tracking.results.run_mesh import RunMesh
 from abs_engine.tracking.results.run_table import OF_LIPS
-from abs_engine.tracking.results.smoothing import write_smoothed
+from abs_engine.tracking.results.smoothing import Smoothing, write_smoothed
 from abs_engine.tracking.run import path_of
 from abs_engine.tracking.runs.output import COLOURS
-from abs_engine.tracking.runs.record import Record
+from abs_engine.tracking.runs.record import Record, load_record
+from abs_engine.tracking.runs.stated_settings import run_settings
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -50,6 +52,29 @@ class Run:
     smoothed: dict[str, FloatArray]
     video: Path
     colours: ColourClasses | None = None
+
+    @classmethod
+    def load(cls, folder: str | Path) -> Run:
+        """Read the folder that `track` or `save` wrote.
+
+        Parameters
+        ----------
+        folder : path
+
+        Raises
+        ------
+        InputFileError, ModelFormatError
+            If it is no run, or its files cannot be read or do not fit together.
+        """
+        path = to_path("folder", folder)
+        record, settings = load_record(path), run_settings(path)
+        smoothing = settings.get("smoothing")
+        smoothed = Smoothing.of_told(smoothing).measures(record.arrays) if smoothing else {}
+        colours = path / COLOURS
+        return cls(
+            record, settings, smoothed, path / str(settings.get("video_path", "")),
+            ColourClasses.load(colours) if is_there(colours) else None,
+        )  # fmt: skip
 
     def __repr__(self) -> str:
         """Return a line that names the video and counts the frames."""

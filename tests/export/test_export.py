@@ -38,6 +38,7 @@ from abs_engine.face.head import PROTOTYPES
 from abs_engine.face.schema import ICT_68, face_unit
 from abs_engine.io.morphs import read_morphs
 from abs_engine.tracking.results.smoothing import Smoothing
+from abs_engine.tracking.run_in_memory import Run
 from abs_engine.tracking.runs.recorder import Recorder
 
 POSTURES = (0, 1, 2, 3, None, 1, 0)
@@ -67,6 +68,12 @@ def exported(folder: Path, name: str, at: Path) -> Path:
     assert losses
     assert all(np.isfinite(loss.value) for loss in losses)
     return out
+
+
+def test_a_run_in_memory_is_exported_as_the_one_it_is_saved_as(folder, tmp_path):
+    kept, made = (tmp_path / f"{name}.parquet" for name in ("kept", "made"))
+    assert export_run(Run.load(folder), "parquet", made) == export_run(folder, "parquet", kept)
+    pd.testing.assert_frame_equal(pd.read_parquet(made), pd.read_parquet(kept))
 
 
 def test_a_run_is_smoothed_only_where_that_is_asked_for(tmp_path, capsys):

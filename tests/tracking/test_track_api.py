@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 from hashlib import sha256
 from pathlib import Path
 
@@ -14,7 +15,13 @@ from heads import seen_at
 from runs import write_kind
 
 import abs_engine
-from abs_engine.core.errors import InputFileError, OutputError, ParameterError, PluginError
+from abs_engine.core.errors import (
+    AbsEngineError,
+    InputFileError,
+    OutputError,
+    ParameterError,
+    PluginError,
+)
 from abs_engine.core.registry import DRIVERS
 from abs_engine.io.assets import shipped
 from abs_engine.optimise.base import Solution
@@ -107,8 +114,6 @@ def test_the_table_is_that_of_the_file(run, written, video):
     column = [float(row[heading.index("aperture")]) for row in rows]
     np.testing.assert_allclose(frame["aperture"], column, rtol=1e-5)
     assert kept.summary["frames"] == len(OPEN)
-    with pytest.raises(OutputError):
-        abs_engine.track(str(video), str(folder), renderer="cpu")
 
 
 def test_numbers_of_numpy_are_written_as_python_s_own():
@@ -264,10 +269,56 @@ def test_a_run_in_memory_is_saved_as_it_would_have_been_written(
     left_out = {".choices", "contact_sheet.png", "head.png", "overlay.mp4", "timing.json"}
     assert saved == {name: content for name, content in written.items() if name not in left_out}
     assert ("smoothed.csv" in saved) == (in_memory == "smoothed")
+    again = abs_engine.Run.load(tmp_path / "saved")
+    assert set(again) == set(run)
+    for name in run:
+        np.testing.assert_array_equal(again[name], run[name])
+    np.testing.assert_equal(again.smoothed, run.smoothed)
+    again.save(tmp_path / "again")
+    for path in (tmp_path / "again").iterdir():  # arrays are in another order
+        assert path.name == "results.npz" or path.read_bytes() == saved.pop(path.name)
+    assert list(saved) == ["results.npz"]
     with pytest.raises(OutputError, match="saved exists already"):
         run.save(tmp_path / "saved")
     with pytest.raises(ParameterError, match="folder is 5; give a path"):
         run.save(5)
+
+
+def test_the_call_of_a_whole_run_reads_it(video, written):
+    run, folder = written
+    kept = {path.name: path.read_bytes() for path in folder.iterdir()}
+    again = abs_engine.track(video, folder, renderer="cpu", progress=None)
+    np.testing.assert_array_equal(again.aperture, run.aperture)
+    assert again.summary == run.summary
+    assert (again.video / "..").resolve() == (run.video / "..").resolve()
+    assert kept == {path.name: path.read_bytes() for path in folder.iterdir()}
+    with pytest.raises(OutputError, match="exists"):
+        abs_engine.track(video, folder, renderer="cpu", driver="newton-quick")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("results.csv", "index,time\n0,0.0\n", "results.csv lacks the columns lip48_x"),
+        ("run.json", "[]", "run.json has no summary"),
+        ("run.json", "{", "run.json cannot be read"),
+    ],
+)
+def test_a_run_whose_files_are_damaged_is_not_loaded(written, tmp_path, name, content, said):
+    folder = tmp_path / "run"
+    shutil.copytree(written[1], folder)
+    (folder / name).write_text(content)
+    with pytest.raises(AbsEngineError, match=said):
+        abs_engine.Run.load(folder)
+
+
+def test_a_run_of_files_of_two_runs_is_not_loaded(written, tmp_path):
+    folder = tmp_path / "run"
+    shutil.copytree(written[1], folder)
+    lines = (folder / "results.csv").read_text().splitlines()
+    (folder / "results.csv").write_text("\n".join(lines[:-1]) + "\n")
+    with pytest.raises(AbsEngineError, match="are of different runs"):
+        abs_engine.Run.load(folder)
 
 
 def test_a_driver_that_says_a_better_value_than_it_found_is_refused(video):

@@ -85,6 +85,12 @@ class Smoothing:
                     "passes": "forwards and backwards"}  # fmt: skip
         return {"filter": self.name, "window_frames": int(self.amount), "degree": _DEGREE}
 
+    @classmethod
+    def of_told(cls, told: Mapping[str, Any]) -> Smoothing:
+        """The filter whose settings these are."""
+        name, amount, *_ = told.values()
+        return cls.named(f"{name}:{amount}")
+
     def check(self, rate: float, times: FloatArray) -> None:
         """Raise `ParameterError` where it cannot be used, for frames (T,) shown at `times`, s."""
         if not evenly_spaced(times, rate):

@@ -24,12 +24,19 @@ from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.kinds import to_path
 from abs_engine.io.arrays import Layout, real, text, truth, whole
 from abs_engine.io.assets import Speaker
-from abs_engine.io.inputs import is_there
+from abs_engine.io.csv_table import read_table
+from abs_engine.io.inputs import is_there, read_json
 from abs_engine.io.npz import read_npz
 from abs_engine.tracking.results.frame_rows import BELIEVED, LANDMARK_MEASURES, MEASURES
-from abs_engine.tracking.results.measures import NAMES, Closure
-from abs_engine.tracking.results.run_mesh import RunMesh, load_mesh_of
-from abs_engine.tracking.results.run_table import LESS, closure_table, table_of, written
+from abs_engine.tracking.results.measures import NAMES, Closure, closures
+from abs_engine.tracking.results.run_mesh import RunMesh, load_mesh, load_mesh_of
+from abs_engine.tracking.results.run_table import (
+    LESS,
+    POINT_NAMES,
+    closure_table,
+    table_of,
+    written,
+)
 
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
@@ -150,6 +157,7 @@ class Record:
 
 _CAMERA = ("camera_matrix", "camera_size", "camera_distortion")
 _OF_TRACK = "give the folder that 'track -o' made"
+_AGAIN = "track the video again"
 
 
 def load_run(folder: Path) -> dict[str, NDArray[Any]]:
@@ -170,7 +178,43 @@ def load_run(folder: Path) -> dict[str, NDArray[Any]]:
         runs = sorted(one.parent for one in folder.glob(f"*/{RESULTS}"))
         one = f"give one of the runs in it, such as {runs[0]}" if runs else _OF_TRACK
         raise InputFileError(f"{folder} is not a run: {RESULTS} is missing", one)
-    return read_npz(folder / RESULTS, FORMAT, VERSION, _LAYOUT, "track the video again")
+    return read_npz(folder / RESULTS, FORMAT, VERSION, _LAYOUT, _AGAIN)
+
+
+def load_record(folder: Path) -> Record:
+    """Read the record of a run, from its folder; its points have the digits of ``results.csv``.
+
+    Raises
+    ------
+    InputFileError
+        If the folder is no run, or one of its files is missing or cannot be read.
+    ModelFormatError
+        If one has another format or version, or they do not fit together.
+    """
+    arrays = {k: v if v.ndim else v.item() for k, v in load_run(folder).items()}
+    mesh, told = load_mesh(folder), _told(folder)
+    frames = len(arrays["found"])
+    at = [f"{name}_{axis}" for name in POINT_NAMES for axis in "xyz"]
+    table = read_table(folder / TABLE, remedy=_AGAIN)
+    table.require(at, _AGAIN)
+    points = table.numbers(at, gaps=True)
+    if not frames == len(mesh) == len(points):
+        raise ModelFormatError(f"files of {folder} are of different runs", _AGAIN)
+    cut = arrays.get("cut", np.zeros(frames, np.bool_))
+    found = closures(arrays["aperture"], arrays["time"], cut)
+    made = {name: told.get(name) for name in ("engine_version", "commit", "dirty")}
+    return Record(arrays, points.reshape(frames, -1, 3), mesh, found, told["summary"], made)
+
+
+def _told(folder: Path) -> dict[str, Any]:
+    """Content of ``run.json``, with a summary."""
+    try:
+        told = read_json(folder / SUMMARY, gaps=True)
+    except (OSError, ValueError) as error:
+        raise InputFileError(f"{folder / SUMMARY} cannot be read", _AGAIN) from error
+    if not isinstance(told, dict) or not isinstance(told.get("summary"), dict):
+        raise ModelFormatError(f"{folder / SUMMARY} has no summary", _AGAIN)
+    return told
 
 
 def load_whole_run(
@@ -189,8 +233,7 @@ def load_whole_run(
     arrays, mesh = load_run(folder), load_mesh_of(folder, speaker)
     if len(mesh) != len(arrays["found"]):
         raise ModelFormatError(
-            f"{folder} has {len(arrays['found'])} frames and {len(mesh)} meshes",
-            "track the video again",
+            f"{folder} has {len(arrays['found'])} frames and {len(mesh)} meshes", _AGAIN
         )
     missing = [name for name in (*_CAMERA, "rate", *needs) if name not in arrays]
     if missing:
