@@ -37,7 +37,7 @@ class Loss:
     Parameters
     ----------
     value : float
-        RMS difference; NaN for a run in which nothing was found.
+        RMS difference; NaN where there is nothing to compare, as without any closure.
     unit : str
     of : str
         What was compared.

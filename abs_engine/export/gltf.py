@@ -129,10 +129,8 @@ _TURN = np.diag([1.0, -1.0, -1.0])  # OpenCV's camera to glTF's
 
 
 def _animations(run: TrackedRun, weights: FloatArray, buffer: _Buffer) -> list[gl.Animation]:
-    """Keys at the times of the frames in which the head was found; none if it never was."""
+    """Keys at the times of the frames in which the head was found."""
     frames = run.frames
-    if not frames:
-        return []
     times = buffer.add(run.arrays["time"][frames].astype(np.float32))
     poses = [run.pose(frame) for frame in frames]
     quaternions = Rotation.from_matrix([_TURN @ pose.rotation for pose in poses]).as_quat()

@@ -6,18 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from abs_engine.core.errors import InputFileError
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
 from abs_engine.export.reading import compared, differs
 from abs_engine.tracking.results.run_table import time_cell
 
 
 def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
-    if not len(run.frames):
-        raise InputFileError(
-            "no frame of the run has a head, so that there is nothing to write as OBJ",
-            "look at its overlay, and track another video",
-        )
     corners = run.mesh.faces + 1
     uv = run.speaker.uv * [1.0, -1.0] + [0.0, 1.0]  # OBJ counts v from below
     texture = "".join(f"vt {u:.6f} {v:.6f}\n" for u, v in uv)

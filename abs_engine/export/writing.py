@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.errors import OutputError, ParameterError, PluginError
+from abs_engine.core.errors import InputFileError, OutputError, ParameterError, PluginError
 from abs_engine.core.foreign import blamed, own
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.core.kinds import TEXT, check_kind, to_path
@@ -57,7 +57,7 @@ def export_run(
         If a value is of another kind, there is no such format or filter, or the format needs a
         package that is missing.
     InputFileError, ModelFormatError
-        If the run cannot be read.
+        If the run cannot be read, or has no tracked frame.
     OutputError
         If the output exists, cannot be written, or is a folder that is named like the files in it.
     PluginError
@@ -75,6 +75,11 @@ def export_run(
             run.save(aside / "run")
             return export_run(aside / "run", to, output, speaker, smooth)
     tracked = read_run(to_path("run", run), speaker, exporter.needs)
+    if not tracked.frames:
+        raise InputFileError(
+            f"no frame of {tracked.folder} was tracked, so that there is nothing to export",
+            "look at its overlay, and track another video",
+        )
     if smoothing is None:
         return _written(to, exporter, tracked, output)
     tracked, moved = smoothed(tracked, smoothing)

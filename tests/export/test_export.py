@@ -431,11 +431,14 @@ def test_times_of_long_clips_are_as_exact(name, run, tmp_path):
     assert off["times"] < 1e-4
 
 
-def test_objs_of_no_head_are_refused(tmp_path):
+@pytest.mark.parametrize("name", sorted(EXPORTERS))
+def test_a_run_without_a_tracked_frame_is_refused(name, tmp_path, capsys):
     none = written_run(tmp_path / "none", [None, None])
-    with pytest.raises(InputFileError, match="no frame of the run has a head"):
-        export_run(none, "obj", tmp_path / "heads")
-    assert not (tmp_path / "heads").exists()
+    out = tmp_path / f"out{EXPORTERS.get(name).suffix}"
+    assert main(["export", str(none), "--to", name, "-o", str(out)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"no frame of {none} was tracked" in line
+    assert list(tmp_path.iterdir()) == [none]
 
 
 def test_the_command_reports_what_is_lost(folder, tmp_path, capsys):
