@@ -97,13 +97,14 @@ def run_names(videos: Sequence[Path]) -> list[str]:
     names = [_cut(v.stem if stems[v.stem] == 1 else f"{v.parent.name}-{v.stem}") for v in videos]
     taken = {*OWN, SCRATCH, *map(traceback_of, names)}
     taken |= {partial_of(Path(name)).name for name in (*names, *OWN)}
+    times = Counter(names)
     for name, video in zip(names, videos, strict=True):
         if name in taken:
             raise ParameterError(
                 f"the run of {video} would be named '{name}', which something else there is called",
                 "rename the video",
             )
-        if names.count(name) > 1:
+        if times[name] > 1:
             raise ParameterError(
                 f"two clips would be tracked to '{name}', one of them {video}",
                 "track them to different folders",

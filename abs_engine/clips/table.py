@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -21,6 +22,8 @@ from abs_engine.io.naming import lock, partial_of, path_from, settle
 from abs_engine.tracking.runs.stated_settings import run_settings
 
 COLUMNS = ("clip", "video", "status", "frames", "found", "closed", "message")
+_APART = 20
+"""Times as long as a table takes to be written that pass, at least, before it is written again."""
 
 
 @contextmanager
@@ -100,45 +103,62 @@ def timing_of_others(folder: Path, others: Sequence[Sequence[str]]) -> dict[str,
     return out
 
 
-def write_table(
-    folder: Path,
-    jobs: Iterable[Job],
-    outcomes: Mapping[str, Outcome],
-    others: Iterable[Sequence[str]] = (),
-) -> None:
-    """Write the table in place of the one before.
+class Table:
+    """The table of the clips of a command, in the folder of their runs.
 
     Parameters
     ----------
+    folder : Path
     jobs : iterable of Job
         A row for each.
-    outcomes : mapping of str to Outcome
-        By the names of the jobs; without one, a clip waits.
     others : iterable of rows
         Those before these, see `rows_of_others`.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
     """
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(COLUMNS)
-    table.writerows(others)
-    for job in jobs:
-        got = outcomes.get(job.name, Outcome(WAITING))
-        video = path_from(folder, job.video)
-        counts = got.frames, got.found, got.closed
-        table.writerow((job.name, video, got.status, *counts, got.message))
-    made = partial_of(folder / TABLE)
-    try:
-        made.write_text(legible(text.getvalue()), encoding="utf-8")
-        settle(made)
-        made.replace(folder / TABLE)
-    except OSError:
-        made.unlink(missing_ok=True)
-        raise
+
+    def __init__(
+        self, folder: Path, jobs: Iterable[Job], others: Iterable[Sequence[str]] = ()
+    ) -> None:
+        self._path, self._others = folder / TABLE, list(others)
+        # once: finding a path takes longer than writing its row
+        self._videos = {job.name: path_from(folder, job.video) for job in jobs}
+        self._next = 0.0
+
+    def write(self, outcomes: Mapping[str, Outcome]) -> None:
+        """Write the table in place of the one before.
+
+        Parameters
+        ----------
+        outcomes : mapping of str to Outcome
+            By the names of the jobs; without one, a clip waits.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written.
+        """
+        begin, text = time.monotonic(), io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow(COLUMNS)
+        table.writerows(self._others)
+        for name, video in self._videos.items():
+            got = outcomes.get(name, Outcome(WAITING))
+            counts = got.frames, got.found, got.closed
+            table.writerow((name, video, got.status, *counts, got.message))
+        made = partial_of(self._path)
+        try:
+            made.write_text(legible(text.getvalue()), encoding="utf-8")
+            settle(made)
+            made.replace(self._path)
+        except OSError:
+            made.unlink(missing_ok=True)
+            raise
+        end = time.monotonic()
+        self._next = end + _APART * (end - begin)
+
+    def refresh(self, outcomes: Mapping[str, Outcome]) -> None:
+        """Write it, unless that was done just now: a long table costs no more than a short one."""
+        if time.monotonic() >= self._next:
+            self.write(outcomes)
 
 
 def _is_other(job: Job) -> bool:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib import metadata
 
 
+@cache
 def engine_version() -> str:
     """The installed version, or "source" where the package runs without being installed."""
     try:

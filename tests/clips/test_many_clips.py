@@ -10,7 +10,8 @@ import os
 import shutil
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -30,12 +31,12 @@ from abs_engine.cli.parts.command import Done
 from abs_engine.clips.cluster import replace_lost
 from abs_engine.clips.job import FAILED, Job, Outcome, run_names
 from abs_engine.clips.many import DEATHS, GIVEN_UP, _outcome, _Watched, track_many
-from abs_engine.clips.table import TABLE, rows_of_others, runs_folder, write_table
+from abs_engine.clips.table import TABLE, Table, rows_of_others, runs_folder
 from abs_engine.clips.worker import check_same_options, track_job
 from abs_engine.core.errors import OutputError, ParameterError
 from abs_engine.core.release import engine_version
 from abs_engine.dataset.sums import digest
-from abs_engine.io.naming import partial_of
+from abs_engine.io.naming import partial_of, path_from
 from abs_engine.tracking.options import TrackOptions
 from abs_engine.tracking.results.frame_journal import FRAMES
 
@@ -91,7 +92,7 @@ def test_a_clip_named_as_something_else_beside_the_runs_is_refused(name):
 
 def test_a_name_that_is_no_utf_8_does_not_stop_the_table(tmp_path):
     (tmp_path / "runs").mkdir()
-    write_table(tmp_path / "runs", [job(tmp_path, "\udcff"), job(tmp_path)], {})
+    Table(tmp_path / "runs", [job(tmp_path, "\udcff"), job(tmp_path)]).write({})
     lines = (tmp_path / "runs" / TABLE).read_text(encoding="utf-8").splitlines()
     assert lines[1:] == [r"\udcff,../\udcff.mp4,waiting,,,,", "a,../a.mp4,waiting,,,,"]
 
@@ -103,7 +104,7 @@ def job(folder: Path, name: str = "a") -> Job:
 def test_the_table_is_whole_while_clips_wait(tmp_path):
     (tmp_path / "runs").mkdir()
     done = Outcome("done", "", 5, 4, 2, 9.75)
-    write_table(tmp_path / "runs", [job(tmp_path), job(tmp_path, "b")], {"b": done})
+    Table(tmp_path / "runs", [job(tmp_path), job(tmp_path, "b")]).write({"b": done})
     assert (tmp_path / "runs" / TABLE).read_text() == (
         "clip,video,status,frames,found,closed,message\n"
         "a,../a.mp4,waiting,,,,\n"
@@ -116,20 +117,58 @@ def test_the_table_keeps_clips_of_earlier_commands(tmp_path):
     folder.mkdir()
     first, strange = [job(tmp_path), job(tmp_path, "b")], job(tmp_path, "\udcff")
     done = Outcome("done", 'two\nlines, "quoted"', 5, 4, 2)
-    write_table(folder, [*first, strange], {"b": done})
+    Table(folder, [*first, strange]).write({"b": done})
     before = (folder / TABLE).read_text()
     later = [job(tmp_path, "c"), first[0], strange]
-    write_table(folder, later, {}, rows_of_others(folder, later))
+    Table(folder, later, rows_of_others(folder, later)).write({})
     with (folder / TABLE).open(newline="") as file:
         assert [row["clip"] for row in csv.DictReader(file)] == ["b", "c", "a", r"\udcff"]
-    write_table(folder, [*first, strange], {"b": done}, rows_of_others(folder, [*later, *first]))
+    Table(folder, [*first, strange], rows_of_others(folder, [*later, *first])).write({"b": done})
     assert (folder / TABLE).read_text() == before
+
+
+def test_a_table_that_takes_long_to_write_is_written_seldom(tmp_path, monkeypatch):
+    folder, times = tmp_path / "runs", iter((0.0, 1.0, 20.9, 21.0, 21.0, 22.0))
+    folder.mkdir()
+    table = Table(folder, [job(tmp_path)])
+    monkeypatch.setattr("abs_engine.clips.table.time", SimpleNamespace(monotonic=times.__next__))
+    table.write({})  # takes a second
+    before = (folder / TABLE).read_text()
+    table.refresh({"a": Outcome("done")})
+    assert (folder / TABLE).read_text() == before
+    table.refresh({"a": Outcome("done")})
+    assert "a,../a.mp4,done" in (folder / TABLE).read_text()
+
+
+def test_paths_are_looked_up_once_and_an_interrupt_leaves_a_table_of_all_that_is_done(
+    tmp_path, monkeypatch, capsys
+):
+    def done(_client: object, jobs: list[Job], _deaths: object) -> Iterator[tuple[Job, Outcome]]:
+        for one in jobs[:-1]:
+            yield one, Outcome("done", "", 5, 5, 2)
+        raise KeyboardInterrupt
+
+    def counted(*given: Path) -> str:
+        looked.append(given)
+        return path_from(*given)
+
+    looked, names = [], [f"{k}.mp4" for k in range(20)]
+    monkeypatch.setattr("abs_engine.clips.cluster.local_workers", lambda *_: nullcontext())
+    monkeypatch.setattr("abs_engine.clips.many.track_many", done)
+    monkeypatch.setattr("abs_engine.clips.table.path_from", counted)
+    monkeypatch.chdir(tmp_path)
+    words = ["-o", "runs", "--workers", "2", "--renderer", "cpu", "--quiet"]
+    assert main(["track", *names, *words]) == 130
+    assert "what was done is kept in runs" in capsys.readouterr().err
+    states = [row.split(",")[2] for row in Path("runs", TABLE).read_text().splitlines()[1:]]
+    assert states == 19 * ["done"] + ["waiting"]
+    assert len(looked) == 20
 
 
 def test_the_table_of_a_folder_that_is_a_link_leads_to_the_videos(tmp_path):
     (tmp_path / "deep" / "runs").mkdir(parents=True)
     (tmp_path / "runs").symlink_to(tmp_path / "deep" / "runs")
-    write_table(tmp_path / "runs", [job(tmp_path)], {})
+    Table(tmp_path / "runs", [job(tmp_path)]).write({})
     assert (tmp_path / "runs" / TABLE).read_text().splitlines()[1].startswith("a,../../a.mp4,")
 
 
@@ -141,7 +180,7 @@ def done_before(folder: Path, name: str, content: str) -> Path:
     (runs / "k").mkdir(parents=True)
     told = {"settings": {"video_sha256": digest(folder / name)}}
     (runs / "k" / "run.json").write_text(json.dumps(told))
-    write_table(runs, [Job(folder / name, runs / "k", "cpu", TrackOptions(), (), {})], {})
+    Table(runs, [Job(folder / name, runs / "k", "cpu", TrackOptions(), (), {})]).write({})
     return runs
 
 
@@ -167,10 +206,10 @@ def test_the_clip_of_a_run_may_have_been_moved(tmp_path):
 
 def test_a_table_that_does_not_fit_leaves_the_one_before(tmp_path):
     (tmp_path / "runs").mkdir()
-    write_table(tmp_path / "runs", [job(tmp_path)], {})
+    Table(tmp_path / "runs", [job(tmp_path)]).write({})
     before = contents(tmp_path / "runs")
     with full(2000), pytest.raises(OSError, match="too large"):
-        write_table(tmp_path / "runs", [job(tmp_path, f"{k:099d}") for k in range(100)], {})
+        Table(tmp_path / "runs", [job(tmp_path, f"{k:099d}") for k in range(100)]).write({})
     assert contents(tmp_path / "runs") == before
 
 
@@ -452,7 +491,7 @@ def test_an_interrupt_while_workers_start_promises_what_is_there(
     runs, left = tmp_path / "runs", []
     if again:
         runs.mkdir()
-        write_table(runs, [job(tmp_path)], {})
+        Table(runs, [job(tmp_path)]).write({})
     monkeypatch.setattr("distributed.LocalCluster", interrupted)
     monkeypatch.setattr("atexit.unregister", left.append)
     monkeypatch.setattr(logging.getLogger("asyncio"), "setLevel", left.append)

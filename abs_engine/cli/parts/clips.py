@@ -36,7 +36,7 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
     from abs_engine.clips.cluster import local_workers, workers_of
     from abs_engine.clips.job import FAILED, TABLE
     from abs_engine.clips.many import track_many
-    from abs_engine.clips.table import rows_of_others, runs_folder, timing_of_others, write_table
+    from abs_engine.clips.table import Table, rows_of_others, runs_folder, timing_of_others
     from abs_engine.clips.worker import check_same_options
     from abs_engine.tracking.runs.output import SHEET
 
@@ -58,24 +58,28 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
             workers = workers_of(chosen.scheduler)
         progress.announce("waiting for workers")
         with _said_what_is_kept(folder), workers as client:
-            write_table(folder, jobs, outcomes, others)
-            for job, outcome in track_many(client, jobs, deaths):
-                outcomes[job.name] = outcome
-                write_table(folder, jobs, outcomes, others)
-                progress(len(outcomes), len(jobs))
+            table = Table(folder, jobs, others)
+            table.write(outcomes)
+            try:
+                for job, outcome in track_many(client, jobs, deaths):
+                    outcomes[job.name] = outcome
+                    table.refresh(outcomes)
+                    progress(len(outcomes), len(jobs))
+            finally:  # interrupted, too
+                table.write(outcomes)
         earlier = timing_of_others(folder, others)
         _write_timing(folder, time.perf_counter() - start, outcomes, deaths, earlier)
     failed = {job.name: outcomes[job.name] for job in jobs if outcomes[job.name].status == FAILED}
-    table = chosen.output / TABLE
+    path = chosen.output / TABLE
     lines = [
         *_doubtful({name: outcome for name, outcome in outcomes.items() if name not in failed}),
         *(f"failed: {name}: {outcome.message}" for name, outcome in failed.items()),
-        f"{len(jobs) - len(failed)} of {len(jobs)} clips done; wrote {table}; look at each clip's "
+        f"{len(jobs) - len(failed)} of {len(jobs)} clips done; wrote {path}; look at each clip's "
         f"{SHEET}",
     ]
     facts = {
         "output": chosen.output,
-        "table": table,
+        "table": path,
         "done": len(jobs) - len(failed),
         "failed": {name: outcome.message for name, outcome in failed.items()},
     }
