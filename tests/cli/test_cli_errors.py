@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -346,6 +347,33 @@ def test_ctrl_c_while_the_command_loads_is_an_interruption(capsys, monkeypatch):
 
     monkeypatch.setattr("abs_engine.cli.main", interrupt)
     assert run() == 130
+    assert capsys.readouterr().err == "abs-engine: interrupted\n"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_in_a_callback_whose_errors_are_dropped_is_an_interruption(
+    number, capsys, monkeypatch
+):
+    class Gone:
+        def __del__(self) -> None:
+            signal.raise_signal(number)
+
+    def loading(*_: object) -> int:
+        gone = Gone()
+        del gone
+        time.sleep(20)
+        return 0
+
+    monkeypatch.setattr("sys.unraisablehook", sys.unraisablehook)
+    monkeypatch.setattr("sys.argv", ["abs-engine", "doctor"])
+    monkeypatch.setattr("abs_engine.cli._command", loading)
+    usual = signal.getsignal(signal.SIGINT)
+    try:
+        if number != signal.SIGINT:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)  # as where a shell runs it beside others
+        assert run() == 130
+    finally:
+        signal.signal(signal.SIGINT, usual)
     assert capsys.readouterr().err == "abs-engine: interrupted\n"
 
 
