@@ -74,6 +74,18 @@ def test_a_camera_that_is_swung_is_none():
     assert cuts_of([levels(wide[:, x : x + 320]) for x in range(0, 320, 10)]) == []
 
 
+@pytest.mark.parametrize("size", SIZES[1:])
+def test_a_camera_that_is_shaken_is_none(size):
+    high, wide = (round(1.25 * side) for side in size)
+    small = np.random.default_rng(0).integers(30, 220, (24, 32)).astype(np.float32)
+    whole = np.repeat(cv2.resize(small, (wide, high))[..., None], 3, 2)
+    at = (np.random.default_rng(1).uniform(0, 0.25, (20, 2)) * size).astype(int)
+    frames = [whole[y : y + size[0], x : x + size[1]] for y, x in at]
+    assert cuts_of([levels(frame, 4.0, n) for n, frame in enumerate(frames)]) == []
+    other = levels(scene(1, size), 4.0)
+    assert cuts_of([*(levels(frame) for frame in frames), other]) == [20]
+
+
 def test_cuts_are_named():
     assert cut_line([40]).startswith("the film is cut before frame 40: one person")
     line = cut_line([3, 9, 12, 20, 40, 70])
