@@ -27,6 +27,7 @@ from abs_engine.tracking.results.mouth_check import MouthCheck
 from abs_engine.tracking.results.other_faces import OtherFaces
 from abs_engine.tracking.results.run_mesh import RunMesh
 from abs_engine.tracking.results.run_table import LESS, closed_frames
+from abs_engine.tracking.results.still_face import StillFace
 from abs_engine.tracking.runs.record import FORMAT, VERSION, Record
 from abs_engine.tracking.runs.run_summary import score_of, summary
 
@@ -43,7 +44,7 @@ class Recorder:
 
     def __init__(self, setting: ClipSetting, folder: Path | None = None) -> None:
         self._setting, self._rows = setting, FrameRows(setting.face, folder)
-        self._mouth, self._others = MouthCheck(setting), OtherFaces(setting)
+        self._looks = MouthCheck(setting), OtherFaces(setting), StillFace(setting)
         self._made = made_by()  # before the first frame: the code may change meanwhile
 
     def __len__(self) -> int:
@@ -53,8 +54,8 @@ class Recorder:
     def add(self, result: FrameResult, image: Image | None = None) -> None:
         """Append the next frame, without the end of its search, which no run holds.
 
-        With its picture (H, W, 3) RGB, some frames are looked at again, see `MouthCheck` and
-        `OtherFaces`.
+        With its picture (H, W, 3) RGB, some frames are looked at again, see `MouthCheck`,
+        `OtherFaces` and `StillFace`.
 
         Raises
         ------
@@ -63,8 +64,8 @@ class Recorder:
         """
         self._rows.add(result)
         if image is not None:
-            self._mouth.add(image, result)
-            self._others.add(image, result)
+            for look in self._looks:
+                look.add(image, result)
 
     def record(self) -> Record:
         """All frames so far; what is of a frame by itself lies where its rows do."""
@@ -73,7 +74,7 @@ class Recorder:
         arrays = self._arrays(rows, time, found)
         weights = parted(rows["parameters"])[1].copy()
         mesh = RunMesh(body.mean, body.modes, weights, body.faces, body.rest)
-        seen = [*self._mouth.warnings(), *self._others.warnings()]
+        seen = [line for look in self._looks for line in look.warnings()]
         counts = summary(arrays, self._setting, seen)
         return Record(arrays, rows["points"], mesh, found, counts, self._made)
 

@@ -173,6 +173,19 @@ class FrameSettings:
         Size of another from which on a run warns. Not measured.
     most_others : float, share of the frames looked at
         With such a face, or with another one alone, from which on a run warns. Not measured.
+    mouth_down : float, share of `face_square`
+        From its top to the mouth. Not measured.
+    still_cells : int, cells to a side
+        Of the coarse picture by which a face that never moves is found. Not measured.
+    still_changed : int, cells
+        That change most, of which the mean counts. Not measured.
+    still_change : float, share of the face's brightness
+        Below which these change in a still picture. Measured: up to 0.06 over 100 frames of nine
+        stills with noise of 6 levels; at least 0.18 over any 40 frames of strangers' and GRID's
+        clips.
+    still_seconds : float, s
+        That a face must be seen for, as people may rest. Measured: ten frames of them change by as
+        little as 0.02.
     most_elsewhere : float, share of the frames looked at that show a face
         Above which a run warns. Not measured.
     most_speaker_misfit : float, standard deviations
@@ -271,6 +284,11 @@ class FrameSettings:
     face_proportions: tuple[float, float] = (0.88, 1.18)
     larger_face: float = 1.5
     most_others: float = 0.3
+    mouth_down: float = 0.7
+    still_cells: int = 16
+    still_changed: int = 8
+    still_change: float = 0.08
+    still_seconds: float = 2.0
     most_elsewhere: float = 0.5
     most_speaker_misfit: float = 1.5
     landmark_unsure: float = 0.8
