@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.face.settings.colour import COLOURS
 from abs_engine.tracking.detection.landmarks import Landmarks
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
@@ -56,6 +57,12 @@ class SkinLight:
         now, usual = _median(_cheeks(image, landmarks)), _median(self.cheeks)
         darkest = np.log(FRAME_LOOP.light_dark + FRAME_LOOP.light_black)
         return bool(now.max() < darkest and (now - usual).max() < -_MOST)
+
+    def too_bright(self, image: Image, landmarks: Landmarks) -> bool:
+        """Whether the face is white, as in the flash of a camera, unlike usually."""
+        white = np.log(COLOURS.limit + FRAME_LOOP.light_black)  # in all but one channel
+        now, usual = (np.sort(_median(c)) for c in (_cheeks(image, landmarks), self.cheeks))
+        return bool(now[1] >= white > usual[1])
 
     def balanced(self, image: Image, landmarks: Landmarks) -> Image:
         """A frame (H, W, 3) RGB in the usual light; itself where that has hardly changed."""

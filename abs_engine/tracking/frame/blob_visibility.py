@@ -23,7 +23,7 @@ from abs_engine.tracking.frame.frame_state import HeadFrame
 from abs_engine.tracking.settings.blobs import BLOB_START
 
 COVERED, OUTSIDE = "mouth covered", "mouth outside of the picture"
-DARK = "face too dark"
+DARK, BRIGHT = "face too dark", "face too bright"
 
 
 @dataclass(frozen=True)

@@ -64,6 +64,8 @@ class HeadFrame(NamedTuple):
         Whether it has no colour, while the clip has.
     dark : bool
         Whether it is too dark to say anything of the lips, while others are not.
+    bright : bool
+        Whether the face is white, while in others it is not.
     """
 
     image: Image
@@ -75,6 +77,7 @@ class HeadFrame(NamedTuple):
     cut: bool = False
     grey: bool = False
     dark: bool = False
+    bright: bool = False
 
     @property
     def in_usual_light(self) -> Image:

@@ -87,7 +87,8 @@ class LandmarkFollower:
             return HeadFrame(image, given, cut=cut)
         lit = None if motion.light is None else motion.light.balanced(image, seen)
         face = SeenFace(seen, self._last)
-        frame = HeadFrame(image, self._last.pose, face, balanced=lit, cut=cut)
+        white = motion.light is not None and motion.light.too_bright(image, seen)
+        frame = HeadFrame(image, self._last.pose, face, balanced=lit, cut=cut, bright=white)
         if not is_grey(image, seen.pixels, motion.grey_below):
             return frame
         if motion.light is None:

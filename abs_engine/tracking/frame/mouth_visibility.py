@@ -23,7 +23,7 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES
 from abs_engine.face.settings.colour import COLOURS
 from abs_engine.tracking.detection.landmarks import OUTER_RING, Landmarks
-from abs_engine.tracking.frame.blob_visibility import COVERED, DARK, OUTSIDE
+from abs_engine.tracking.frame.blob_visibility import BRIGHT, COVERED, DARK, OUTSIDE
 from abs_engine.tracking.frame.cut_faces import MouthInPicture
 from abs_engine.tracking.frame.frame_state import HeadFrame
 from abs_engine.tracking.settings.frames import FRAME_LOOP
@@ -144,4 +144,6 @@ class ByLook:
         look = MouthLook.of(self.classes, frame.in_usual_light, seen)
         if look is None:
             return OUTSIDE
-        return COVERED if self.usual.hidden(look) else ""
+        if not self.usual.hidden(look):
+            return ""
+        return BRIGHT if frame.bright else COVERED

@@ -57,6 +57,13 @@ def test_changed_light_is_measured_and_undone(gains):
         assert np.median(np.abs(away)) < 6
 
 
+def test_a_flash_makes_a_face_too_bright_unless_it_is_always_white():
+    light, white = SkinLight.of(clip()), [(under(image, [4, 4, 4]), seen) for image, seen in clip()]
+    assert all(light.too_bright(*one) for one in white)
+    assert not any(light.too_bright(*one) for one in clip())
+    assert not any(SkinLight.of(white).too_bright(*one) for one in white)
+
+
 def test_skin_keeps_its_hue_in_less_light_but_not_without_colour():
     light = SkinLight.of(clip())
     for image, seen in clip():

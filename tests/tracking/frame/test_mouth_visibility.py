@@ -15,7 +15,7 @@ from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colours_by_head import learn_placed
 from abs_engine.tracking.detection.landmarks import INNER_RING, OUTER_RING, Landmarks
 from abs_engine.tracking.detection.light import SkinLight
-from abs_engine.tracking.frame.blob_visibility import COVERED, DARK
+from abs_engine.tracking.frame.blob_visibility import BRIGHT, COVERED, DARK
 from abs_engine.tracking.frame.frame_state import HeadFrame, SeenFace
 from abs_engine.tracking.frame.mouth_visibility import ByLook, MouthLook
 from abs_engine.tracking.start import person_fit
@@ -115,6 +115,7 @@ def test_colours_do_not_hide_a_mouth_in_a_frame_without_any():
     grey = np.repeat(image.mean(axis=2, keepdims=True).astype(np.uint8), 3, axis=2)
     look_of, face = ByLook(colours(), usual()), SeenFace(seen, None)
     assert look_of.hidden(HeadFrame(grey, None, face), None) == COVERED
+    assert look_of.hidden(HeadFrame(grey, None, face, bright=True), None) == BRIGHT
     assert look_of.hidden(HeadFrame(grey, None, face, grey=True), None) == ""
 
 
