@@ -21,7 +21,8 @@ from abs_engine.tracking.settings.frames import FRAME_LOOP
 PARTLY = (
     "in {} of {} tracked frames, between frames {} and {}, the drawn mouth explains less of the "
     "picture than in most: text, a hand or the like may lie over the lips, or they are blurred, or "
-    "open very wide; there aperture_sd is larger; look at the overlay"
+    "open very wide; there aperture_sd is larger; less_explained in results.csv marks them, and a "
+    "frame on the contact sheet: look at them in the overlay, which does not"
 )
 _NORMAL, _LEAST = NormalDist(), 1e-12
 
