@@ -5,11 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from abs_engine.tracking.person import frame_choice, identity_fit, multistart
 from abs_engine.tracking.settings.preparation import PREPARATION
+
+PROGRAM = f"""
+import sys
+sys.path.insert(0, {str(Path(__file__).parent)!r})
+from hurried import hurried
+from abs_engine.cli import main
+with hurried(frames=2, rounds=1):
+    sys.exit(main(sys.argv[1:]))"""
+"""The program in a process of its own, by ``python -c``, with the shortest preparation."""
 
 
 @contextmanager

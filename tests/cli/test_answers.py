@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from drawn import lit
 from heads import seen_at
+from hurried import PROGRAM as HURRIED
 from runs import full, write_kind, write_noise
 
 from abs_engine.cli import COMPLETE, main
@@ -31,9 +32,8 @@ def tracked(tmp_path_factory):
     poses = [seen_at([0, 0.05 * k, 0], [0, 0, 700]) for k in range(2)]
     write_kind(folder / "talk.mp4", "libx264", [lit("amara", p, jawOpen=0.2) for p in poses])
     words = "track talk.mp4 -o run --renderer cpu --pupil-distance 60 --terms colour --json --quiet"
-    code = "import sys; from abs_engine.cli import main; sys.exit(main(sys.argv[1:]))"
     return folder, subprocess.run(
-        [sys.executable, "-c", code, *words.split()], cwd=folder, capture_output=True, text=True,
+        [sys.executable, "-c", HURRIED, *words.split()], cwd=folder, capture_output=True, text=True,
         check=True,
     )  # fmt: skip
 

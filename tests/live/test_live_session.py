@@ -21,6 +21,7 @@ import pytest
 from browser import open_browser
 from drawn import lit
 from heads import seen_at
+from hurried import PROGRAM
 from runs import toy_result, write_kind
 
 from abs_engine import export_run
@@ -109,7 +110,7 @@ def session(film, tmp_path, listener):
     to = f"127.0.0.1:{listener.socket.getsockname()[1]}"
     words = ["live", film, "--repeat", 100000, "--renderer", "cpu", "--port", 0, "--delay", 4000]
     words += ["--learn", LEARN, "--live-link", to, "-o", tmp_path / "run"]
-    command = [sys.executable, "-m", "abs_engine", *map(str, words)]
+    command = [sys.executable, "-c", PROGRAM, *map(str, words)]
     pipe = subprocess.PIPE
     # A job in the background ignores Ctrl-C, and so would what it starts
     before = signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -62,7 +62,7 @@ def video(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def head(video):
-    with hurried():
+    with hurried(frames=2, rounds=1):
         return prepare(video, CpuRenderer(), TrackOptions())
 
 
@@ -126,7 +126,7 @@ def test_a_new_renderer_that_cannot_compare(head, added):
 
 
 def test_a_new_head(video, added):
-    with hurried():
+    with hurried(frames=2, rounds=1):
         made = prepare(video, CpuRenderer(), TrackOptions(model=added("new_head")))
     assert made.facts["model"] == "long-jawed"
     assert follows(aperture(made))

@@ -105,7 +105,7 @@ def talking(tmp_path_factory):
 def prepared(video, talking):
     """A clip made ready for each model, once."""
     names = {"head": "head", "shell": "shell", "talking": str(talking)}
-    with hurried():
+    with hurried(frames=2, rounds=1):
         return {
             model: prepare(video, RENDERER, TrackOptions(model=name))
             for model, name in names.items()
@@ -157,7 +157,7 @@ def lost(talking, tmp_path_factory):
         wall = [np.full_like(seen[0], 90)] * 2
         video = write_kind(folder / "lost.mp4", "libx264", [*seen, *wall, lit(PERSON, back)])
         words = ["track", str(video), "-o", str(folder / "run"), "--renderer", "cpu"]
-        with hurried():
+        with hurried(frames=2, rounds=1):
             assert main([*words, "--preset", preset, *own[preset]]) == 0
         return folder / "run"
 

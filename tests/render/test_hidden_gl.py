@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 from drawn import lit
 from heads import seen_at
+from hurried import PROGRAM
 from runs import write_kind
 
 from abs_engine.tracking.runs.record import load_run
 
 pytestmark = pytest.mark.slow
 OPEN = (0.0, 0.2, 0.4)
-TRACK = "import sys; from abs_engine.cli import main; sys.exit(main(sys.argv[1:]))"
 
 
 def test_a_clip_is_followed_with_every_opengl_hidden(tmp_path):
@@ -25,7 +25,7 @@ def test_a_clip_is_followed_with_every_opengl_hidden(tmp_path):
     words = "track", video, "-o", tmp_path / "run"
     root = str(Path(__file__).resolve().parents[2])
     done = subprocess.run(
-        [sys.executable, "-c", TRACK, *map(str, words)],
+        [sys.executable, "-c", PROGRAM, *map(str, words)],
         env=os.environ | {"ABS_ENGINE_HIDE_GL": "all", "PYTHONPATH": root},
         capture_output=True,
         text=True,

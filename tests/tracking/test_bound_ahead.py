@@ -21,6 +21,7 @@ from abs_engine.tracking.results.frame_journal import FrameJournal, fingerprint
 from abs_engine.tracking.run import prepare
 
 AMOUNTS = (0.0, 0.15, 0.3)
+pytestmark = pytest.mark.usefixtures("soon_ready")
 
 
 class OneThread(CpuRenderer):

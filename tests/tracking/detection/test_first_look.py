@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -106,11 +107,12 @@ def test_a_first_look_ends_with_what_it_was_for(video, monkeypatch):
 
 def test_a_first_look_is_no_longer_than_what_is_learned_from(video, monkeypatch):
     monkeypatch.setattr(looks, "read_frames", lambda _path: itertools.repeat(pictures()[0]))
+    monkeypatch.setattr(looks, "PREPARATION", replace(PREPARATION, look_at=6))
     with first_look(video, LARGEST):
         early = looks._begun[0]
-        until(lambda: len(early._follower.found) == PREPARATION.look_at)
+        until(lambda: len(early._follower.found) == 6)
         until(lambda: not early._busy.locked())
-        assert len(early._follower.found) == PREPARATION.look_at
+        assert len(early._follower.found) == 6
 
 
 def test_what_is_wrong_is_left_to_whoever_follows_next(video):
@@ -130,6 +132,7 @@ def test_on_one_core_nothing_is_looked_at_early(video, monkeypatch):
         assert follower_of(video, LARGEST)._known == ()
 
 
+@pytest.mark.usefixtures("soon_ready")
 @pytest.mark.parametrize(
     ("more", "early"),
     [((), 1), (("--face", "2"), 1), (("--start", "blobs"), 0), (("--person", "clara"), 0)],

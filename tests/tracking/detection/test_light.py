@@ -101,6 +101,7 @@ def test_cheeks_outside_of_the_picture_change_nothing():
     assert SkinLight.of([(image, beside)]).balanced(image, seen) is image
 
 
+@pytest.mark.usefixtures("soon_ready")
 def test_a_film_whose_light_falls(tmp_path):
     """To a half, and redder: apertures stay those under steady light, as they would not else."""
     pictures = [

@@ -144,6 +144,7 @@ def test_a_given_pose_beside_the_picture_has_no_mouth_in_it():
     assert seen == ["", OUTSIDE]
 
 
+@pytest.mark.usefixtures("soon_ready")
 def test_a_run_that_never_sees_the_eyes_is_less_sure_of_its_scale(tmp_path):
     frames = [lit("walter", jawOpen=amount)[100:] for amount in (0.0, 0.2, 0.3)]
     run = abs_engine.track(write_kind(tmp_path / "cut.mp4", "libx264", frames), renderer="cpu")

@@ -380,7 +380,7 @@ def test_the_table_of_a_run_feeds_another_and_gaps_stay_gaps(run, truth, tmp_pat
 
 def test_to_the_average_head_they_are_a_first_guess(run, truth, tmp_path):
     _, folder = run
-    with hurried():
+    with hurried(frames=2, rounds=1):
         arrays = tracked(truth, tmp_path / "run", folder, "--colours", folder / "colours.npz")
     assert [read_poses(f).average_head for f in (folder, tmp_path / "run")] == [False, True]
     assert arrays["found"].all()

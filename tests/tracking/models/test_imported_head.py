@@ -19,7 +19,7 @@ from abs_engine.tracking.landmark.landmark_correspondence import load_correspond
 
 FRAMES = 4
 OPEN = np.linspace(0.0, 0.5, FRAMES)
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("soon_ready")]
 
 
 def run(*words):
