@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from plotly.offline import get_plotlyjs
 
+from abs_engine.core.threads import kept
 from abs_engine.report import charts, glance, sections
 from abs_engine.report.data import Head, ReportData
 from abs_engine.report.document import document, web
@@ -52,12 +53,12 @@ def report_page(data: ReportData) -> str:
     sources = (web(name).replace("</script", "<\\/script") for name in _SCRIPTS)
     scripts = "\n".join(f"<script>{source}</script>" for source in sources)
     parts = {
-        "data": json_bytes(told),
-        "arrays": store.content,
-        "plotly": get_plotlyjs().encode("utf-8"),
+        "data": deflated(json_bytes(told)),
+        "arrays": deflated(store.content),
+        "plotly": _plotly(),
     }
     deflates = "\n".join(
-        f'<script type="text/plain" id="{name}">{deflated(content)}</script>'
+        f'<script type="text/plain" id="{name}">{content}</script>'
         for name, content in parts.items()
     )
     return document(
@@ -67,6 +68,12 @@ def report_page(data: ReportData) -> str:
         style=web("page.css"),
         end=f"{deflates}\n{scripts}\n",
     )
+
+
+@kept
+def _plotly() -> str:
+    """Plotly's script, which is the same on every page, deflated."""
+    return deflated(get_plotlyjs().encode("utf-8"))
 
 
 def page_data(data: ReportData, store: Store) -> dict[str, Any]:
