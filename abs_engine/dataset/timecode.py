@@ -64,10 +64,10 @@ def seconds(
 
 
 def seconds_since_first(
-    codes: Sequence[str], path: Path, rate: float | None = None, lines: Sequence[int] | None = None
+    codes: Sequence[str], path: Path, rate: float | None = None
 ) -> NDArray[np.float64]:
     """The same since the first of them; parameters and errors as `seconds`."""
-    times = seconds(codes, path, rate, lines)
+    times = seconds(codes, path, rate)
     return times - times[:1]
 
 

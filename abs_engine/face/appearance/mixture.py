@@ -169,9 +169,7 @@ def single(samples: FloatArray, weight: FloatArray) -> Mixture:
     return Mixture(np.ones(1), mean[None], spread + _FLOOR * np.eye(len(mean)))
 
 
-def fit_mixture(
-    samples: FloatArray, weight: FloatArray, most: int, steps: int = COLOURS.mixture_steps
-) -> Mixture:
+def fit_mixture(samples: FloatArray, weight: FloatArray, most: int) -> Mixture:
     """A mixture with as many components as the Bayesian information criterion asks for.
 
     Parameters
@@ -181,8 +179,6 @@ def fit_mixture(
         Probability that a sample belongs to the class, 0 to 1.
     most : int
         Largest number of components tried.
-    steps : int
-        Steps of expectation maximisation for each number.
 
     Notes
     -----
@@ -194,7 +190,7 @@ def fit_mixture(
     best, best_score = mixture, _bic(mixture, samples, weight)
     for _ in range(1, most):
         mixture = _split(mixture)
-        for _ in range(steps):
+        for _ in range(COLOURS.mixture_steps):
             mixture = mixture.updated(samples, weight)
         score = _bic(mixture, samples, weight)
         if score < best_score:
