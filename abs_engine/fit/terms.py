@@ -166,6 +166,8 @@ TEXTURE = TermKind("texture", texture_term, ("values", "residuals"), remedy=_LEA
 LOCAL = TermKind(
     "local", local_term, ("values", "residuals"), noun="local appearance", remedy=_LEARNED
 )
+LOOKS = (TEXTURE.name, LOCAL.name)
+"""Evidence that needs a learned appearance."""
 
 
 def term_kinds(names: Sequence[str]) -> dict[str, TermKind]:

@@ -52,6 +52,10 @@ FACE_COLOURS = (
     "colours come from the recordings that the face was learned from; in another light, give "
     "--colours from a run in that light"
 )
+FACE_LOOKS = (
+    "how the face looks comes from the recordings that it was learned from; in another light, use "
+    "--terms colour, with --colours from a run in that light"
+)
 UNCOVERED = (
     "in the light of --colours it is not known how this mouth usually looks: none counts as covered"
 )

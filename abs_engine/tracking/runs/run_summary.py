@@ -12,6 +12,7 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import Face
 from abs_engine.fit.opening import NAME as OPENING
 from abs_engine.fit.shading import NAME as SHADED
+from abs_engine.fit.terms import LOOKS
 from abs_engine.tracking.detection.shot_cuts import anew_line, cut_line
 from abs_engine.tracking.frame.clip_setting import HELD, ClipSetting
 from abs_engine.tracking.results.less_explained import partly_explained
@@ -118,7 +119,10 @@ def _pixel(arrays: Mapping[str, NDArray[Any]]) -> float:
 def _by_landmarks(
     arrays: Mapping[str, NDArray[Any]], face: Face, small: bool = False
 ) -> dict[str, Any]:
-    """Agreement of landmarks and colours, where landmarks were asked of a mouth, small or not."""
+    """Agreement of landmarks and colours, where landmarks were asked of a mouth, small or not.
+
+    Colours are doubted unless a learned appearance is compared in their place.
+    """
     asked = arrays["found"] & np.isfinite(arrays["landmark_aperture"])
     if not asked.any() or "colour" not in face.appearance:
         return {}
@@ -128,6 +132,11 @@ def _by_landmarks(
     )
     classes: ColourClasses = face.learned("colour")
     apart, agreement = classes.separability, classes.agreement
+    names = set(arrays["term_names"].tolist())
+    if "colour" in names or names.isdisjoint(LOOKS):
+        told = doubts(against, held, apart, agreement, classes.chromatic, classes.exposure, small)
+    else:
+        told = doubts(against, held, {})
     return {
         "held_frames": int(held.sum()),
         "landmark_distance_mm": float(np.median(off)),
@@ -136,7 +145,5 @@ def _by_landmarks(
         "separability": dict(apart),
         "colour_agreement": agreement,
         "colour_weight": classes.weight,
-        "warnings": doubts(
-            against, held, apart, agreement, classes.chromatic, classes.exposure, small
-        ),
+        "warnings": told,
     }

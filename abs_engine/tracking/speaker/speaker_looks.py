@@ -15,7 +15,7 @@ from abs_engine.face.base import Face
 from abs_engine.face.compared import ComparedHead
 from abs_engine.face.learned_appearance import Appearance, LocalLooks, TextureLooks
 from abs_engine.fit.talking import over_face
-from abs_engine.fit.terms import LOCAL, TEXTURE
+from abs_engine.fit.terms import LOOKS
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulated import compared_head
 from abs_engine.learn.posture_space import PostureSpace
@@ -24,9 +24,6 @@ from abs_engine.learn.talking import learn_appearance
 from abs_engine.tracking.runs.recordings import Recording
 from abs_engine.tracking.speaker.recorded_frames import sighted
 from abs_engine.tracking.speaker.speaker_face import SpeakerFace
-
-LOOKS = (TEXTURE.name, LOCAL.name)
-"""Evidence that needs a learned appearance."""
 
 
 def can_look(speaker: Speaker) -> bool:

@@ -13,6 +13,7 @@ from abs_engine.core.errors import FaceNotFoundError, ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.appearance.exposure import Exposure, colourless
+from abs_engine.fit.terms import LOOKS
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.tracking.detection.face_choice import FaceChoice, FaceFollower
 from abs_engine.tracking.detection.light import SkinLight
@@ -22,11 +23,11 @@ from abs_engine.tracking.model_entry import Model, own_file
 from abs_engine.tracking.models.heads import head_setting
 from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.person.frame_choice import Brightness, Sighted
-from abs_engine.tracking.results.run_warnings import FACE_COLOURS, UNCOVERED, other_head
+from abs_engine.tracking.results.run_warnings import FACE_COLOURS, FACE_LOOKS, UNCOVERED, other_head
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker.speaker_face import SpeakerFace, has_looks, load_speaker_face
-from abs_engine.tracking.speaker.speaker_looks import LOOKS, compared, looking
+from abs_engine.tracking.speaker.speaker_looks import compared, looking
 from abs_engine.tracking.start.person_fit import FittedPerson
 
 
@@ -119,13 +120,14 @@ class SpeakerClip:
             self.speaker, correspondence_of(self.speaker, renderer), clip.camera, renderer
         )
         head = fitted.face
-        if face.appearance is not None and any(name in leaves.kinds for name in LOOKS):
+        looks = face.appearance is not None and any(name in leaves.kinds for name in LOOKS)
+        if face.appearance is not None and looks:
             head = looking(head, face.appearance, compared(face, self.speaker))
         found = clip.first(follower.found)
         made = head_setting(clip, fitted, renderer, options, leaves, self.choice, found, head)
         off = misfit(fitted, seen)
         warned = other_head(off)
-        setting = replace(made, warnings=warned, hint=FACE_COLOURS)
+        setting = replace(made, warnings=warned, hint=FACE_LOOKS if looks else FACE_COLOURS)
         facts = {"start": LANDMARKS, "evidence": options.evidence, "head_misfit": round(off, 2)}
         facts |= {"colours": "the face's"} if clip.colours is None else {}
         uncovered = () if clip.colours is None else (UNCOVERED,)

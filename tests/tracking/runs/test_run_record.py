@@ -17,6 +17,7 @@ from runs import lost_result, toy_model, toy_result, toy_setting
 
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.geometry import Pose
+from abs_engine.face.appearance.exposure import USUAL
 from abs_engine.io.assets import CLOSED_APERTURE
 from abs_engine.io.video import VideoInfo
 from abs_engine.optimise.base import Solution
@@ -244,6 +245,23 @@ def test_given_colours_may_be_the_reason(score, lines):
     warnings = recorder.record().summary["warnings"]
     assert len(warnings) == lines
     assert all("another run's" in line for line in warnings[1:])
+
+
+@pytest.mark.parametrize(
+    ("terms", "lines"), [(("colour",), 2), (("texture",), 0), (("colour", "texture"), 2), ((), 2)]
+)
+def test_colours_are_doubted_only_where_they_may_count(terms, lines):
+    """A run by a speaker's texture alone had warned of the face's colours."""
+    poor = {"upper_lip": 0.65, "lower_lip": 0.7}
+    classes = SimpleNamespace(
+        separability=poor, agreement=0.1, weight=0.1, chromatic=True, exposure=USUAL
+    )
+    setting = toy_setting()
+    recorder = Recorder(replace(setting, face=setting.face.looking(colour=classes)))
+    values = dict.fromkeys((*terms, "prior"), 1.0)
+    for index in range(4):
+        recorder.add(replace(toy_result(index), terms=values, landmark_aperture=0.0))
+    assert len(recorder.record().summary["warnings"]) == lines
 
 
 def test_a_run_in_which_nothing_was_tracked_says_so_and_has_no_score():

@@ -23,7 +23,7 @@ from abs_engine.face.learned_appearance import LocalLooks
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn import posture_space
 from abs_engine.learn.settings import LEARNING
-from abs_engine.tracking.results.run_warnings import UNCOVERED
+from abs_engine.tracking.results.run_warnings import FACE_LOOKS, UNCOVERED
 from abs_engine.tracking.runs.record import load_run
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.settings.preparation import PREPARATION
@@ -165,15 +165,28 @@ def test_a_clip_is_tracked_with_it(learned, video, tmp_path):
     assert told["summary"]["warnings"] == []
 
 
-def test_another_person_is_said_to_be_one(learned, tmp_path, capsys):
-    """It had passed for the speaker, without a word."""
+@pytest.fixture(scope="module")
+def other(tmp_path_factory):
+    """Another person."""
     pictures = [lit("walter", seen_at([0, 0.02 * k, 0], [0, 0, 700])) for k in range(3)]
-    other = write_kind(tmp_path / "other.mp4", "libx264", pictures)
+    return write_kind(tmp_path_factory.mktemp("other") / "other.mp4", "libx264", pictures)
+
+
+def test_another_person_is_said_to_be_one(learned, other, tmp_path, capsys):
+    """It had passed for the speaker, without a word."""
     typed = "track", other, "-o", tmp_path / "run", "--renderer", "cpu", "--model", learned[0]
     assert run(*typed) == 0
     (warning, *_) = json.loads((tmp_path / "run/run.json").read_text())["summary"]["warnings"]
     assert "is it the same speaker?" in warning
     assert warning in capsys.readouterr().out
+
+
+def test_colours_are_not_advised_where_texture_is_compared(learned, other, tmp_path):
+    """They are refused beside it."""
+    typed = "track", other, "-o", tmp_path / "run", "--renderer", "cpu", "--model", learned[0]
+    assert run(*typed, "--terms", "texture", "--driver", "axes") == 0
+    told = json.loads((tmp_path / "run/run.json").read_text())["summary"]["warnings"]
+    assert told[-1] == FACE_LOOKS
 
 
 def test_with_other_colours_a_line_says_that_no_mouth_counts_as_covered(learned, nearer, tmp_path):
