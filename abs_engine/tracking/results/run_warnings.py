@@ -61,7 +61,8 @@ UNCOVERED = (
 )
 OTHER_HEAD = (
     "the head in this video does not match the learned face (landmarks lie {:.1f} standard "
-    "deviations off, its own speaker's less than {:.1f}): is it the same speaker?"
+    "deviations off, its own speaker's less than {:.1f}): is it the same speaker? If so, "
+    "learn the face from more recordings"
 )
 OTHERS = "the face explains only {:.0%} of the picture: is it this speaker's?"
 OTHER_TALKER = (

@@ -232,11 +232,11 @@ def check_videos(videos: Sequence[tuple[Path, Path]]) -> tuple[int, int]:
         If they are of several sizes, or one comes twice.
     """
     sizes = [probe(video).size for _, video in videos]
-    (_, first), size = videos[0], sizes[0]
-    for (_, video), own in zip(videos, sizes, strict=True):
+    (first, _), size = videos[0], sizes[0]
+    for (path, _), own in zip(videos, sizes, strict=True):
         if own != size:
             raise ParameterError(
-                f"{video} has {own[0]}x{own[1]} pixels, {first} {size[0]}x{size[1]}",
+                f"{path} has {own[0]}x{own[1]} pixels, {first} {size[0]}x{size[1]}",
                 "learn from recordings of one camera; the face then tracks those of others",
             )
     check_distinct(videos)

@@ -189,7 +189,7 @@ def test_videos_of_one_size_are_asked_for(tmp_path):
         for seed, (name, size) in enumerate([("a", (96, 80)), ("b", (128, 96))])
     )
     assert check_videos([(small, small)]) == (96, 80)
-    with pytest.raises(ParameterError, match=r"b\.mp4 has 128x96 pixels, .*a\.mp4 96x80"):
+    with pytest.raises(ParameterError, match=r"run has 128x96 pixels, .*a\.mp4 96x80"):
         check_videos([(small, small), (tmp_path / "run", large)])
     with pytest.raises(ParameterError, match="come from the same video"):
         check_videos([(small, small), (tmp_path / "run", small)])
