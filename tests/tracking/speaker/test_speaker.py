@@ -100,7 +100,7 @@ def learn(video, name, **settings):
         patch.setattr(speaker_learning.Learner, "head", HEAD)
         patch.setattr(speaker_learning.Learner, "tracked_again", AGAIN_TRACKED)
         patch.setattr(posture_space, "LEARNING", replace(LEARNING, least_frames=6))
-        few = replace(LEARNING, **({"least_frames": 6} | settings))
+        few = replace(LEARNING, **({"own_frames": 6} | settings))
         patch.setattr(speaker_learning, "LEARNING", few)
         patch.setattr(speaker_learning, "PREPARATION", replace(PREPARATION, speaker_most=6))
         with contextlib.redirect_stdout(file):
@@ -282,7 +282,8 @@ def test_a_face_without_appearance_tracks_by_colour_alone(learned, video, refuse
 def test_recordings_shorter_than_a_second_are_counted_too():
     short = SimpleNamespace(postures=np.zeros((10, 3)), run={"rate": 25.0})
     assert _few([short]) == (
-        "warning: 1 recording of 0.4 s in all; 5 recordings of 3 s are enough; fewer were not tried"
+        "warning: 1 recording of 0.4 s in all; 5 recordings of 3 s are enough; with one of 2 s, "
+        "people who change their expression are often tracked worse than without a face"
     )
     assert _few([short] * 5) == ""
 
