@@ -31,7 +31,7 @@ from abs_engine.tracking.frame.frame_state import Follower, HeadFrame, Memory
 from abs_engine.tracking.frame.head_frame import HeadBinder
 from abs_engine.tracking.frame.mouth_landmarks import MouthLandmarks
 from abs_engine.tracking.model_entry import Model
-from abs_engine.tracking.models.worn_fit import WornHead, find_mouth, unsettled
+from abs_engine.tracking.models.worn_fit import WornHead, find_mouth, mouth_points, unsettled
 from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.person.scale import pupil_distance, pupil_scale
 from abs_engine.tracking.settings.worn import CLOSE_UP
@@ -121,15 +121,15 @@ def found_mouth(
 ) -> tuple[list[Image], Opening]:
     """Frames of a clip, where its mouth lies and what it looks like; errors as `prepare_worn`."""
     tell("finding the mouth")
-    images = _spread(clip)
-    spot, points = find_mouth(images)
+    seen = _spread(clip)
+    images = [seen[k] for k in evenly(len(seen), CLOSE_UP.fitted)]
+    spot = find_mouth(images)
     if options.mouth is not None:
         x, y, width, height = options.mouth
         spot = MouthSpot(x + 0.5 * (width - 1), y + 0.5 * (height - 1), width)
     if looks is None:
         tell("learning its looks")
-        seen = zip(images, points, strict=True)
-        looks = learn_opening([LabelledMouth(i, p, spot) for i, p in seen])
+        looks = learn_opening([LabelledMouth(i, mouth_points(i, spot), spot) for i in seen])
     return images, Opening(looks, spot)
 
 
@@ -180,11 +180,11 @@ def _spread(clip: Clip) -> list[Image]:
     for number, image in enumerate(islice(read_frames(clip.video), CLOSE_UP.seen)):
         if number % stride == 0:
             kept.append(image)
-        if len(kept) == 4 * CLOSE_UP.fitted:
+        if len(kept) == 2 * CLOSE_UP.learned:
             kept, stride = kept[::2], 2 * stride
     if not kept:
         raise FaceNotFoundError(f"{clip.video} has no frames", "give another video")
-    return [kept[k] for k in evenly(len(kept), CLOSE_UP.fitted)]
+    return kept
 
 
 WORN = Model(

@@ -73,12 +73,10 @@ def _spread_of_widths(image: Image) -> float:
     return float(np.std(np.log(widths))) if sound else float("inf")
 
 
-def find_mouth(images: Sequence[Image]) -> tuple[MouthSpot, list[FloatArray]]:
-    """Place of the mouth in several frames of a clip, and points (8, 2) of it in each."""
-    first = [mouth_points(image) for image in images]
-    left, right = np.median(np.stack(first)[:, :2], axis=0)
-    spot = MouthSpot.between(left, right)
-    return spot, [mouth_points(image, spot) for image in images]
+def find_mouth(images: Sequence[Image]) -> MouthSpot:
+    """Place of the mouth in several frames of a clip."""
+    points = np.stack([mouth_points(image) for image in images])
+    return MouthSpot.between(*np.median(points[:, :2], axis=0))
 
 
 @dataclass(frozen=True, eq=False)

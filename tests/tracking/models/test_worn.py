@@ -16,6 +16,7 @@ from abs_engine.cli import main
 from abs_engine.core.camera import Camera
 from abs_engine.face.appearance.opening import MouthSpot, OpeningLooks
 from abs_engine.face.rings import lip_rings
+from abs_engine.io.video import probe
 from abs_engine.learn.opening import (
     POINTS,
     LabelledMouth,
@@ -25,10 +26,11 @@ from abs_engine.learn.opening import (
     spot_of,
 )
 from abs_engine.tracking.detection.initial_pose import with_mouth_at
-from abs_engine.tracking.models import worn
-from abs_engine.tracking.models.worn import _whole_faces, load_looks
+from abs_engine.tracking.models import worn, worn_fit
+from abs_engine.tracking.models.worn import _settles, _whole_faces, found_mouth, load_looks
 from abs_engine.tracking.models.worn_fit import find_mouth, unsettled
 from abs_engine.tracking.models.worn_labels import COLUMNS, read_mouths
+from abs_engine.tracking.options import Clip, TrackOptions
 from abs_engine.tracking.runs.record import load_run
 from abs_engine.tracking.settings.worn import CLOSE_UP
 
@@ -75,6 +77,12 @@ def test_looks_from_several_places_end_at_a_mouth_and_elsewhere_without_one():
     assert unsettled(noise) > CLOSE_UP.most_unsettled
     assert unsettled(list(wall)) > CLOSE_UP.most_unsettled
     assert unsettled([np.zeros((8, 8, 3), np.uint8)]) > CLOSE_UP.most_unsettled
+
+
+def test_few_frames_that_are_astray_hide_no_mouth(monkeypatch):
+    monkeypatch.setattr(worn_fit, "_spread_of_widths", lambda image: float(image.max()))
+    astray = [np.full((1, 1, 3), k in (0, 4, 7), np.uint8) for k in range(CLOSE_UP.fitted)]
+    assert _settles(astray)
 
 
 def write_clip(path, person: str, amounts) -> None:
@@ -179,13 +187,22 @@ def test_a_run_without_a_model_warns_once_and_keeps_it(folder, tmp_path, capsys)
 
 def test_the_mouth_is_found_in_a_close_up():
     images = [close_up("amara", a) for a in OPEN[:2]]
-    spot, points = find_mouth(images)
+    spot = find_mouth(images)
     left, right = inner_points("amara", 0.0)[:2]
     true = MouthSpot.between(left, right)
-    assert len(points) == 2
     assert abs(spot.x - true.x) < 0.15 * true.width
     assert abs(spot.y - true.y) < 0.15 * true.width
     assert 0.75 < spot.width / true.width < 1.33
+
+
+def test_looks_are_learned_from_more_frames_than_the_head_is_fitted_to(tmp_path, monkeypatch):
+    monkeypatch.setattr(worn, "learn_opening", list)
+    write_clip(tmp_path / "clip.mp4", "amara", NEW * 4)
+    info = probe(tmp_path / "clip.mp4")
+    clip = Clip(tmp_path / "clip.mp4", info, CAMERA, None)
+    images, opening = found_mouth(clip, TrackOptions(worn=True), None, str)
+    assert len(images) == CLOSE_UP.fitted
+    assert len(opening.looks) == len(NEW * 4)
 
 
 def test_sides_are_where_the_lips_part():
