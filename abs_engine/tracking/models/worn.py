@@ -31,7 +31,13 @@ from abs_engine.tracking.frame.frame_state import Follower, HeadFrame, Memory
 from abs_engine.tracking.frame.head_frame import HeadBinder
 from abs_engine.tracking.frame.mouth_landmarks import MouthLandmarks
 from abs_engine.tracking.model_entry import Model
-from abs_engine.tracking.models.worn_fit import WornHead, find_mouth, mouth_points, unsettled
+from abs_engine.tracking.models.worn_fit import (
+    WornHead,
+    find_mouth,
+    mouth_points,
+    unsettled,
+    upside_down,
+)
 from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.person.scale import pupil_distance, pupil_scale
 from abs_engine.tracking.settings.worn import CLOSE_UP
@@ -39,12 +45,17 @@ from abs_engine.tracking.settings.worn import CLOSE_UP
 FORMAT, VERSION = "abs_engine.worn_mouths", 1
 _WHOLE = "these frames show whole faces, which are followed better without --worn"
 _UNLEARNED = (
-    "without a model openings are often far too small, and lips may come out closed throughout: "
-    "label frames, learn a model with 'mouths', and give it with --model"
+    "without a model openings are less exact: they may be too small, and lips that seldom close "
+    "may come out parted throughout: label frames, learn a model with 'mouths', and give it with "
+    "--model"
 )
 _NO_MOUTH = (
     "no mouth is seen for sure: looked for from several places, it is found elsewhere each time; "
     "if none is in the picture, or a part alone, the lips are invented: look at the overlay"
+)
+_UPSIDE_DOWN = (
+    "the mouth seems to be upside down, where its lips are not followed: turn the video by 180 "
+    "degrees, for example with ffmpeg -vf hflip,vflip"
 )
 _LAYERS = 3
 _LAYOUT: Layout = {
@@ -108,10 +119,7 @@ def prepare_worn(
     tell("fitting the head")
     made = fitted_clip(clip, speaker, opening, images, options, leaves, renderer)
     warnings = [] if options.model_file is not None else [_UNLEARNED]
-    if _whole_faces(images):
-        warnings.append(_WHOLE)
-    elif options.mouth is None and not _settles(images):
-        warnings.append(_NO_MOUTH)
+    warnings += _doubts(images, found=options.mouth is None)
     setting = replace(made.setting, warnings=tuple(warnings))
     return replace(made, setting=setting, remarks="\n".join(warnings))
 
@@ -160,17 +168,21 @@ def fitted_clip(
     return ClipTracker(clip.video, clip.info, setting, scale, facts={"start": "worn"})
 
 
+def _doubts(images: list[Image], found: bool) -> list[str]:
+    """A warning that frames show no close-up, or no mouth that was found, if they do not."""
+    if _whole_faces(images):
+        return [_WHOLE]
+    asked = [images[k] for k in evenly(len(images), CLOSE_UP.asked)]
+    if upside_down(asked):
+        return [_UPSIDE_DOWN]
+    return [_NO_MOUTH] if found and unsettled(asked) > CLOSE_UP.most_unsettled else []
+
+
 def _whole_faces(images: list[Image]) -> bool:
     """Whether most frames show a face that leaves room around it."""
     faces = [(find_face(image), min(image.shape[:2])) for image in images]
     small = [f is not None and f.size < CLOSE_UP.whole_face * side for f, side in faces]
     return bool(np.mean(small) > 0.5)
-
-
-def _settles(images: list[Image]) -> bool:
-    """Whether most frames show a mouth, as far as the landmark network can say."""
-    asked = [images[k] for k in evenly(len(images), CLOSE_UP.asked)]
-    return unsettled(asked) <= CLOSE_UP.most_unsettled
 
 
 def _spread(clip: Clip) -> list[Image]:

@@ -33,6 +33,14 @@ INNER = np.array([61, 291, 81, 178, 13, 14, 311, 402])
 def mouth_points(image: Image, spot: MouthSpot | None = None) -> FloatArray:
     """Points (8, 2), px, of a mouth of whose face little more is in the picture (H, W, 3) RGB.
 
+    NaN where the network sees none; see `_seen`.
+    """
+    return _seen(image, spot)[0]
+
+
+def _seen(image: Image, spot: MouthSpot | None = None) -> tuple[FloatArray, float]:
+    """The points (8, 2), px, and how probably a face was looked at, 0 to 1.
+
     The picture's border is repeated around it. Where it is not known where the mouth lies, it is
     looked for about the picture's middle, and each look begins where the one before ended.
     """
@@ -41,16 +49,27 @@ def mouth_points(image: Image, spot: MouthSpot | None = None) -> FloatArray:
     wide = cv2.copyMakeBorder(image, margin, margin, margin, margin, cv2.BORDER_REPLICATE)
     if spot is None:
         spot = MouthSpot((width - 1) / 2, (height - 1) / 2, CLOSE_UP.first_width * width)
-    points = np.full((len(INNER), 2), np.nan)
+    points, presence = np.full((len(INNER), 2), np.nan), 0.0
     for _ in range(CLOSE_UP.looks):
         size = CLOSE_UP.face * spot.width
         centre = np.array([spot.x, spot.y - CLOSE_UP.below * size]) + margin
         seen = landmarks_at(np.asarray(wide, np.uint8), centre, size)
         if seen is None:
             break
-        points = seen.pixels[INNER] - margin
+        points, presence = seen.pixels[INNER] - margin, seen.presence
         spot = MouthSpot.between(points[0], points[1])
-    return points
+    return points, presence
+
+
+def upside_down(images: Sequence[Image]) -> bool:
+    """Whether the network sees a face more surely where the pictures are turned by 180 degrees.
+
+    It sees a mouth in either, but is surer of a face whose nose, if any, is above.
+    """
+    upright, turned = (
+        float(np.median([_seen(image[::way, ::way])[1] for image in images])) for way in (1, -1)
+    )
+    return turned > max(upright, CLOSE_UP.turned)
 
 
 def unsettled(images: Sequence[Image]) -> float:

@@ -27,7 +27,7 @@ from abs_engine.learn.opening import (
 )
 from abs_engine.tracking.detection.initial_pose import with_mouth_at
 from abs_engine.tracking.models import worn, worn_fit
-from abs_engine.tracking.models.worn import _settles, _whole_faces, found_mouth, load_looks
+from abs_engine.tracking.models.worn import _doubts, _whole_faces, found_mouth, load_looks
 from abs_engine.tracking.models.worn_fit import find_mouth, unsettled
 from abs_engine.tracking.models.worn_labels import COLUMNS, read_mouths
 from abs_engine.tracking.options import Clip, TrackOptions
@@ -79,10 +79,19 @@ def test_looks_from_several_places_end_at_a_mouth_and_elsewhere_without_one():
     assert unsettled([np.zeros((8, 8, 3), np.uint8)]) > CLOSE_UP.most_unsettled
 
 
+def test_a_mouth_that_is_upside_down_is_warned_of():
+    images = [close_up("amara", amount) for amount in (0.0, 0.1, 0.3)]
+    assert not _doubts(images, found=True)
+    assert "upside down" in _doubts([image[::-1, ::-1] for image in images], found=False)[0]
+
+
 def test_few_frames_that_are_astray_hide_no_mouth(monkeypatch):
     monkeypatch.setattr(worn_fit, "_spread_of_widths", lambda image: float(image.max()))
-    astray = [np.full((1, 1, 3), k in (0, 4, 7), np.uint8) for k in range(CLOSE_UP.fitted)]
-    assert _settles(astray)
+    astray = [np.full((64, 64, 3), k in (0, 4, 7), np.uint8) for k in range(CLOSE_UP.fitted)]
+    monkeypatch.setattr(worn, "upside_down", lambda _images: False)
+    assert not _doubts(astray, found=True)
+    assert _doubts([astray[0]] * 3, found=True)
+    assert not _doubts([astray[0]] * 3, found=False)
 
 
 def write_clip(path, person: str, amounts) -> None:
@@ -177,7 +186,9 @@ def test_a_run_of_no_mouth_keeps_the_warning(folder):
 def test_a_run_without_a_model_warns_once_and_keeps_it(folder, tmp_path, capsys):
     words = ["track", str(folder / "new.mp4"), "-o", str(tmp_path / "run"), "--worn"]
     assert main([*words, "--renderer", "cpu", "--quiet"]) == 0
-    said = [line for line in capsys.readouterr().out.splitlines() if "often far too small" in line]
+    said = [
+        line for line in capsys.readouterr().out.splitlines() if "openings are less exact" in line
+    ]
     assert len(said) == 1
     assert said[0].startswith("warning: without a model")
     assert "'mouths'" in said[0]
