@@ -26,6 +26,12 @@ from abs_engine.tracking.person.frame_choice import Brightness, Sighted
 from abs_engine.tracking.results.run_warnings import FACE_COLOURS, FACE_LOOKS, UNCOVERED, other_head
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION
+from abs_engine.tracking.speaker.clip_looks import (
+    ANEW,
+    in_clip_s_looks,
+    known_head,
+    looks_alike,
+)
 from abs_engine.tracking.speaker.speaker_face import SpeakerFace, has_looks, load_speaker_face
 from abs_engine.tracking.speaker.speaker_looks import compared, looking
 from abs_engine.tracking.start.person_fit import FittedPerson
@@ -51,7 +57,7 @@ def prepare_speaker(
     tell("finding the face")
     choice, looked = FaceChoice.asked(options.face, options.mouth), PREPARATION.speaker_looked
     found = SpeakerClip(clip, choice, face, speaker, looked=looked)
-    return found.tracker(options, leaves, renderer)
+    return found.tracker(options, leaves, renderer, tell)
 
 
 def _path(options: TrackOptions) -> Path:
@@ -111,28 +117,45 @@ class SpeakerClip:
     first: int = 0
     looked: int = 1
 
-    def tracker(self, options: TrackOptions, leaves: Leaves, renderer: Renderer) -> ClipTracker:
-        """The clip made ready; errors as `prepare_speaker`."""
+    def tracker(
+        self, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell | None = None
+    ) -> ClipTracker:
+        """The clip made ready; errors as `prepare_speaker`.
+
+        With `tell`, the looks of a face that are not those of its recordings are learned from the
+        clip.
+        """
         clip, follower = self.clip, FaceFollower(self.choice)
         seen = self._seen(follower)
         face = self._in_light_of(seen[0])
         fitted = face.fitted(
             self.speaker, correspondence_of(self.speaker, renderer), clip.camera, renderer
         )
-        head = fitted.face
-        looks = face.appearance is not None and any(name in leaves.kinds for name in LOOKS)
-        if face.appearance is not None and looks:
-            head = looking(head, face.appearance, compared(face, self.speaker))
+        off, looks = misfit(fitted, seen), face.appearance
+        if looks is not None and not any(name in leaves.kinds for name in LOOKS):
+            looks = None
+        anew = None
+        if tell is not None and looks is None and not looks_alike(self.face, seen, off):
+            head = known_head(face, fitted.textured, self.speaker)
+            anew = in_clip_s_looks(clip, self.choice, face, head, renderer, tell)
+        fitted = anew or fitted
+        own = fitted.face
+        if looks is not None:
+            own = looking(own, looks, compared(face, self.speaker))
         found = clip.first(follower.found)
-        made = head_setting(clip, fitted, renderer, options, leaves, self.choice, found, head)
-        off = misfit(fitted, seen)
+        made = head_setting(clip, fitted, renderer, options, leaves, self.choice, found, own)
         warned = other_head(off)
-        setting = replace(made, warnings=warned, hint=FACE_LOOKS if looks else FACE_COLOURS)
         facts = {"start": LANDMARKS, "evidence": options.evidence, "head_misfit": round(off, 2)}
-        facts |= {"colours": "the face's"} if clip.colours is None else {}
-        uncovered = () if clip.colours is None else (UNCOVERED,)
-        remarks = "\n".join([*follower.remarks().splitlines(), *uncovered, *warned])
-        return ClipTracker(clip.video, clip.info, setting, face.scale, remarks, facts)
+        remarks, hint = follower.remarks().splitlines(), ""
+        if anew is not None:
+            remarks.append(ANEW)
+        else:
+            hint = FACE_COLOURS if looks is None else FACE_LOOKS
+            facts |= {"colours": "the face's"} if clip.colours is None else {}
+            remarks += () if clip.colours is None else (UNCOVERED,)
+        setting = replace(made, warnings=warned, hint=hint)
+        said = "\n".join([*remarks, *warned])
+        return ClipTracker(clip.video, clip.info, setting, face.scale, said, facts)
 
     def _seen(self, follower: FaceFollower) -> list[Sighted]:
         """Some of the frames looked at that show the face, beginning with the first that does."""

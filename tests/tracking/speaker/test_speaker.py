@@ -28,6 +28,7 @@ from abs_engine.tracking.runs.record import load_run
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker import speaker_learning
+from abs_engine.tracking.speaker.clip_looks import ANEW
 from abs_engine.tracking.speaker.speaker_face import load_speaker_face
 
 FRAMES, AGAIN = 20, 6
@@ -163,6 +164,24 @@ def test_a_clip_is_tracked_with_it(learned, video, tmp_path):
     assert named["colours"] == "the face's"
     assert named["head_misfit"] < FRAME_LOOP.most_speaker_misfit
     assert told["summary"]["warnings"] == []
+
+
+def test_in_another_light_the_looks_are_learned_from_the_clip(learned, tmp_path):
+    """By the colours of its recordings, its lips were missed in part."""
+    lamp = np.array([1.2, 0.9, 0.6])
+    pictures = [
+        (lamp * lit("mei", seen_at([0, 0.05 * k, 0], [0, 0, 700]), jawOpen=NEAR[k]))
+        .clip(0, 255)
+        .astype(np.uint8)
+        for k in range(AGAIN)
+    ]
+    film, folder = write_kind(tmp_path / "lamp.mp4", "libx264", pictures), tmp_path / "run"
+    assert run("track", film, "-o", folder, "--renderer", "cpu", "--model", learned[0]) == 0
+    told = json.loads((folder / "run.json").read_text())["settings"]
+    assert (told["remarks"], told["colours"]) == (ANEW, "learned")
+    found = load_run(folder)
+    assert np.corrcoef(found["aperture"], NEAR)[0, 1] > 0.95
+    assert [str(name) for name in found["parameter_names"]][6:] == list(learned[1]["postures"])
 
 
 @pytest.fixture(scope="module")
