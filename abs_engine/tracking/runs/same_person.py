@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.errors import (
-    OtherPersonError,
-)
+from abs_engine.core.errors import OtherPersonError
 from abs_engine.io.assets import Speaker
 from abs_engine.tracking.person.scale import USUAL_PUPILS
 from abs_engine.tracking.runs.recordings import Recording
 from abs_engine.tracking.settings.frames import FRAME_LOOP
+
+_DIFFERS = "the shape of the face differs by"
 
 
 def check_same(recordings: Sequence[Recording], speaker: Speaker) -> None:
@@ -22,7 +22,7 @@ def check_same(recordings: Sequence[Recording], speaker: Speaker) -> None:
     Heads are compared at the size that the usual pupil distance gives them. Of three or more, the
     one farthest from the median of all is named; of two, both.
     """
-    away = _apart(_sized(recordings, speaker))
+    away = _apart(_shown(recordings, speaker))
     worst = int(np.argmax(away))
     if away[worst] <= FRAME_LOOP.same_speaker:
         return
@@ -30,29 +30,33 @@ def check_same(recordings: Sequence[Recording], speaker: Speaker) -> None:
     if len(recordings) < 3:
         who = f"{recordings[0].path} and {recordings[1].path} do not show the same person"
     raise OtherPersonError(
-        f"{who}: the head differs by {away[worst]:.1f} mm", "leave it out, or learn a face of each"
+        f"{who}: {_DIFFERS} {away[worst]:.1f} mm", "leave it out, or learn a face of each"
     )
 
 
 def doubt_same(recordings: Sequence[Recording], speaker: Speaker) -> tuple[int, str] | None:
-    """A warning, with the recording it is of, if a head may be another person's; else none.
+    """A warning, with the recording it is of, if a head may be another person's; else none."""
+    away = _apart(_shown(recordings, speaker))
+    worst = len(away) - 1 if len(away) < 3 else int(np.argmax(away))
+    if away[worst] <= FRAME_LOOP.doubted_speaker:
+        return None
+    others = recordings[0].path.name if len(away) < 3 else "the others"
+    return worst, (
+        f"warning: may not show the same person as {others}: {_DIFFERS} {away[worst]:.1f} mm; look "
+        "at it, and leave it out if it does not"
+    )
 
-    What height and depth of the face change alike is left out, as recordings from the front leave
-    it open.
+
+def _shown(recordings: Sequence[Recording], speaker: Speaker) -> FloatArray:
+    """Faces (N, K, 3) without what their height and depth change alike.
+
+    Recordings from the front leave that open.
     """
     heads = _sized(recordings, speaker)
     usual = speaker.vertices[speaker.points["face"]].astype(np.float64)
     basis = np.linalg.qr((usual - usual.mean(axis=0))[:, 1:])[0]
     heads[..., 1:] -= basis @ (basis.T @ heads[..., 1:])
-    away = _apart(heads)
-    worst = len(heads) - 1 if len(heads) < 3 else int(np.argmax(away))
-    if away[worst] <= FRAME_LOOP.doubted_speaker:
-        return None
-    others = recordings[0].path.name if len(heads) < 3 else "the others"
-    return worst, (
-        f"warning: may not show the same person as {others}: the shape of the face differs by "
-        f"{away[worst]:.1f} mm; look at it, and leave it out if it does not"
-    )
+    return heads
 
 
 def _sized(recordings: Sequence[Recording], speaker: Speaker) -> FloatArray:
