@@ -22,41 +22,56 @@ def check_same(recordings: Sequence[Recording], speaker: Speaker) -> None:
     Heads are compared at the size that the usual pupil distance gives them. Of three or more, the
     one farthest from the median of all is named; of two, both.
     """
-    away = _apart(_shown(recordings, speaker))
-    worst = int(np.argmax(away))
-    if away[worst] <= FRAME_LOOP.same_speaker:
+    found = _beyond(recordings, speaker, FRAME_LOOP.same_speaker)
+    if found is None:
         return
+    worst, apart = found
     who = f"{recordings[worst].path} does not show the same person as the others"
     if len(recordings) < 3:
         who = f"{recordings[0].path} and {recordings[1].path} do not show the same person"
     raise OtherPersonError(
-        f"{who}: {_DIFFERS} {away[worst]:.1f} mm", "leave it out, or learn a face of each"
+        f"{who}: {_DIFFERS} {apart:.1f} mm", "leave it out, or learn a face of each"
     )
 
 
 def doubt_same(recordings: Sequence[Recording], speaker: Speaker) -> tuple[int, str] | None:
     """A warning, with the recording it is of, if a head may be another person's; else none."""
-    away = _apart(_shown(recordings, speaker))
-    worst = len(away) - 1 if len(away) < 3 else int(np.argmax(away))
-    if away[worst] <= FRAME_LOOP.doubted_speaker:
+    found = _beyond(recordings, speaker, FRAME_LOOP.doubted_speaker)
+    if found is None:
         return None
-    others = recordings[0].path.name if len(away) < 3 else "the others"
-    return worst, (
-        f"warning: may not show the same person as {others}: {_DIFFERS} {away[worst]:.1f} mm; look "
-        "at it, and leave it out if it does not"
+    worst, apart = found
+    few = len(recordings) < 3
+    others = recordings[0].path.name if few else "the others"
+    return len(recordings) - 1 if few else worst, (
+        f"warning: may not show the same person as {others}: {_DIFFERS} {apart:.1f} mm; look at "
+        "it, and leave it out if it does not"
     )
 
 
-def _shown(recordings: Sequence[Recording], speaker: Speaker) -> FloatArray:
+def _beyond(
+    recordings: Sequence[Recording], speaker: Speaker, limits: tuple[float, ...]
+) -> tuple[int, float] | None:
+    """The recording whose head lies farthest beyond two limits, and how far off, mm; or none.
+
+    The first limit is that of what the front shows, the second of the whole face.
+    """
+    faces = _sized(recordings, speaker)
+    away = np.stack([_apart(_from_the_front(faces, speaker)), _apart(faces)])
+    share = away / np.array(limits)[:, None]
+    which, worst = np.unravel_index(int(np.argmax(share)), share.shape)
+    return (int(worst), float(away[which, worst])) if share[which, worst] > 1 else None
+
+
+def _from_the_front(faces: FloatArray, speaker: Speaker) -> FloatArray:
     """Faces (N, K, 3) without what their height and depth change alike.
 
     Recordings from the front leave that open.
     """
-    heads = _sized(recordings, speaker)
     usual = speaker.vertices[speaker.points["face"]].astype(np.float64)
     basis = np.linalg.qr((usual - usual.mean(axis=0))[:, 1:])[0]
-    heads[..., 1:] -= basis @ (basis.T @ heads[..., 1:])
-    return heads
+    shown = faces.copy()
+    shown[..., 1:] -= basis @ (basis.T @ faces[..., 1:])
+    return shown
 
 
 def _sized(recordings: Sequence[Recording], speaker: Speaker) -> FloatArray:

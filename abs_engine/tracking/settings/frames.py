@@ -220,18 +220,18 @@ class FrameSettings:
         measured.
     speaker_closed : float, mm
         The same of a closed one. Not measured.
-    same_speaker : float, mm
-        RMS over the face, without what its height and depth change alike, from which on a head is
-        another person's: see `check_same`. Chosen on heads of two halves of a clip: up to 0.6 in
-        eight speakers of GRID, 2.2 in p01 to p08 of the strangers, who change their expressions.
-        Measured on p09 to p16: up to 2.1. Of 552 pairs of two people 0.84 differ by more.
-    doubted_speaker : float, mm
-        The same from which on `speaker` warns. Chosen on 12 strangers and 7 clips of one person (s1
-        of GRID): up to 0.85 within the person, 1.47 and more between people. Measured on the other
-        11 and 7: up to 1.16, and 1.37 and more; in all 666 pairs no false warning; but what is left
-        out was chosen with all of them in view. With two clips of s1, a stranger is missed once in
-        230 times. One clip of a person differs from itself by 0.9 to 2.1 in grey, by 1.9 darker, by
-        1.6 in noise.
+    same_speaker : tuple of float, mm
+        RMS over the face from which on a head is another person's, without what its height and
+        depth change alike, and of the whole: see `check_same`. Chosen on heads of two halves of a
+        clip: up to 0.6 and 1.2 in eight speakers of GRID, 2.2 and 4.0 in p01 to p08 of the
+        strangers, who change their expressions. Measured on p09 to p16: up to 2.1 and 2.9. Of 552
+        pairs of two people 0.87 differ by more, of 575 of their whole clips 0.73.
+    doubted_speaker : tuple of float, mm
+        The same from which on `speaker` warns. The first was chosen on 12 strangers and 7 clips of
+        one person (s1 of GRID): up to 0.85 within the person, 1.47 and more between people.
+        Measured on the other 11 and 7: up to 1.16, and 1.37 and more. What is left out was chosen
+        with all of them in view. One clip of a person differs from itself by 0.9 to 2.1 in grey, by
+        1.9 darker, by 1.6 in noise. The second: of 40 clips of s1 up to 2.1 from each other.
     """
 
     recent: int = 25
@@ -299,8 +299,8 @@ class FrameSettings:
     fewest: int = 10
     speaker_open: float = 5.0
     speaker_closed: float = 1.5
-    same_speaker: float = 2.3
-    doubted_speaker: float = 1.2
+    same_speaker: tuple[float, ...] = (2.3, 4.5)
+    doubted_speaker: tuple[float, ...] = (1.2, 2.2)
 
 
 FRAME_LOOP = FrameSettings()
