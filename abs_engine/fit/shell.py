@@ -125,7 +125,7 @@ def shell_colours(
     fine = _planes(hamming(raw, HEAD_FIT.smoothing * SHELL_FIT.drawn_mouth)) * inside
     wide = _planes(hamming(raw, HEAD_FIT.pull * SHELL_FIT.drawn_mouth))
     outside = np.clip(1 - fine[1] - fine[2], 0, 1) * inside
-    wide = wide - np.clip(1 - wide[1] - wide[2], 0, 1)
+    wide[1:] -= np.clip(1 - wide[1] - wide[2], 0, 1)  # where nothing is drawn stays 0
     pixels = int(inside.sum())
     side = max(SHELL_FIT.side, SHELL_FIT.side_of_mouth * mouth_across(setting, pose)) * window.scale
     return FacetLikelihood(

@@ -314,6 +314,15 @@ def test_forces_push_the_way_in_which_the_likelihood_falls(frame, yaw):
         assert cosine(by_rule.push(x), down) > least[rule], rule
 
 
+@pytest.mark.parametrize("frame", SHOWN[::2])
+def test_forces_know_that_the_background_is_no_skin(frame):
+    """Seen from the side, where the shell ends before what is none of its classes."""
+    problem = shell_problem(setting(), picture(frame, 60), turned(60))
+    x = np.random.default_rng(frame).normal(0, 0.7, 6)
+    down = numerical(problem, x, np.minimum(1.5, 8 / MODEL.deviations)) / MODEL.deviations
+    assert cosine(problem.push(x), down) > 0.95
+
+
 def test_forces_know_how_the_head_is_turned():
     """Nodding above all: of a head that only turns or leans, rotation and transpose are one."""
     tilted = Pose.from_vectors([0.5, 0.3, 0.2], np.zeros(3)).rotation @ FRONT.rotation
