@@ -1,9 +1,9 @@
 """Points of local appearance chosen by what they say of all parameters, those of pose among them.
 
 The paper ranks points by how much the articulatory parameters change their descriptors
-(`choose.choose_points`). Such points lie around the mouth and say little of where the head is. Here
-a point counts by how well the parameters are determined by its descriptors together with those of
-the points that were chosen before.
+(`point_selection.choose_points`). Such points lie around the mouth and say little of where the head
+is. Here a point counts by how well the parameters are determined by its descriptors together with
+those of the points that were chosen before.
 """
 
 from __future__ import annotations

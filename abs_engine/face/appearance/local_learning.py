@@ -41,7 +41,7 @@ def learn_local(
     scene, camera, renderer
         Of the sightings; what is hidden in them is found by drawing.
     vertices : (N,) int
-        The points; see `choose.choose_points` for which of them to keep.
+        The points; see `point_selection.choose_points` for which of them to keep.
     scale : float
         Drawn pixels per image pixel; frames are compared at the same.
     unit : float, drawn pixels per mm
