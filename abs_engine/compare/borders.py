@@ -25,7 +25,8 @@ class Groups:
     Parameters
     ----------
     of : (C,) int32
-        Group of each class, from 1 on; 0 for the background. Classes with the same map are one.
+        Group of each class, from 1 on; 0 for a background whose borders gain nothing. Classes with
+        the same map are one.
     maps : (G, H, W) float32
         What a pixel gives to each group.
     parts : (C,) int32
@@ -45,11 +46,19 @@ class Groups:
 
     @classmethod
     def by(
-        cls, maps: NDArray[np.float32], lips: tuple[int, int] | None = None, inside: int = 0
+        cls,
+        maps: NDArray[np.float32],
+        lips: tuple[int, int] | None = None,
+        inside: int = 0,
+        *,
+        background: bool = False,
     ) -> Groups:
-        """Of maps (C, H, W), with the classes of the two lips and of what is between them."""
+        """Of maps (C, H, W), with the classes of the two lips and of what is between them.
+
+        With a `background` what is not drawn is a group, too, and gains `maps[0]`.
+        """
         of, kept = np.zeros(len(maps), np.int32), [np.zeros_like(maps[0])]
-        for k in range(1, len(maps)):
+        for k in range(0 if background else 1, len(maps)):
             same = (g for g in range(1, len(kept)) if np.array_equal(kept[g], maps[k]))
             of[k] = next(same, len(kept))
             if of[k] == len(kept):

@@ -20,6 +20,8 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, ClassMaps, Renderer, Scene
 
+_BEHIND = np.float32(1e9)  # mm: the background's depth
+
 
 @dataclass(frozen=True, eq=False)
 class FacetLikelihood:
@@ -135,7 +137,10 @@ class FacetLikelihood:
         given = self.renderer, self.scene, candidate, self.camera, self.window
         drawn, free = outlined(*given)[0], self._terms[1]
         total = self.groups.total(drawn.class_id)
-        total = total if free is None else total - np.count_nonzero(drawn.class_id) + free
+        if free is not None:
+            total += free - drawn.class_id.size
+            behind = np.where(drawn.facet_id > 0, drawn.depth, _BEHIND)
+            drawn = replace(drawn, depth=behind)  # an outline is that of what is drawn
         found = Borders.of(drawn, self.groups, reach, local, floor)
         mean = max(total / self.pixels, 1e-6)
         return float(-self.observations * np.log(mean)), found.times(
@@ -145,7 +150,7 @@ class FacetLikelihood:
     @cached_property
     def groups(self) -> Groups:
         """Facet classes by what they show."""
-        return Groups.by(self._terms[0].maps, *self.seam)
+        return Groups.by(self._terms[0].maps, *self.seam, background=self.outside is not None)
 
     def forces(self, candidate: Candidates) -> FloatArray:
         """Forces (V, 3) on one candidate's vertices, camera frame: log f(O|p) per mm.
@@ -185,9 +190,10 @@ class FacetLikelihood:
         """Maps that are summed, and what all pixels give when none is drawn.
 
         A drawn pixel gains its class's map and loses `outside`; 1 is added, for maps may not be
-        negative, and taken off again by the number of drawn pixels.
+        negative, and taken off again by the number of drawn pixels. One that is not drawn has 1.
         """
         if self.outside is None:
             return self.maps, None
         gained = 1 + self.maps.maps - self.outside
+        gained[0] = 1
         return ClassMaps(gained), float(self.outside.sum(dtype=np.float64))

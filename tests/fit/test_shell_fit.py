@@ -323,6 +323,17 @@ def test_forces_know_that_the_background_is_no_skin(frame):
     assert cosine(problem.push(x), down) > 0.95
 
 
+@pytest.mark.parametrize("frame", SHOWN[::2])
+def test_newton_knows_what_an_outline_before_the_background_gains(frame):
+    """In profile, where half of the border of what is drawn is such an outline."""
+    problem = shell_problem(setting(), picture(frame, 90), turned(90))
+    x = np.random.default_rng(frame).normal(0, 0.7, 6)
+    down = numerical(problem, x, np.minimum(0.6, 3 / MODEL.deviations))
+    value, slope, _ = problem.newton(x, 2, local=True)
+    assert value == pytest.approx(problem(x).value)
+    assert np.linalg.norm(x - slope - down) < 0.3 * np.linalg.norm(down)  # x is the prior's
+
+
 def test_forces_know_how_the_head_is_turned():
     """Nodding above all: of a head that only turns or leans, rotation and transpose are one."""
     tilted = Pose.from_vectors([0.5, 0.3, 0.2], np.zeros(3)).rotation @ FRONT.rotation
