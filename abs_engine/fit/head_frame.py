@@ -72,7 +72,9 @@ def window_of(
 def zone(window: Window) -> BoolArray:
     """The ellipse that fills a window, (H, W): pixels outside of it are not compared.
 
-    The drawn face covers it whatever the parameters, so a fit gains nothing by covering more.
+    A head that looks into the camera covers it whatever the parameters, so that a fit gains nothing
+    by covering more. Turned by 15, 30 and 45 degrees the bundled one leaves 1, 8 and 23 % free,
+    which count as explained by nothing; Newton steps see no border there.
     """
     width, height = window.drawn
     x = (np.arange(width) + 0.5) / width * 2 - 1
