@@ -15,12 +15,13 @@ def write_c3d(
     points: np.ndarray,
     unit: str = "mm",
     further: tuple[tuple[str, ...], ...] = (),
+    rate: float = 60.0,
 ) -> Path:
     """Points (T, N, 3), NaN where missing; scale of the file: mm as floats.
 
     `further` labels go into LABELS2, LABELS3 and so on.
     """
-    writer = c3d.Writer(point_rate=60.0, analog_rate=0)
+    writer = c3d.Writer(point_rate=rate, analog_rate=0)
     writer.set_point_labels(list(names))
     for k, labels in enumerate(further, 2):
         packed, width = c3d.Writer.pack_labels(list(labels))

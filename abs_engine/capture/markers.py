@@ -136,9 +136,12 @@ def _read_c3d(path: Path, rate: float | None, unit: str | None) -> Markers:
         raise InputFileError(
             f"{path} is cut off after {len(frames)} of {expected} frames", "export it again"
         )
-    for given, told, what in ((rate, told_rate, "rate"), (unit, told_unit, "unit")):
+    for given, told, said in (
+        (rate and np.float32(rate), told_rate, f"rate {told_rate:.7g}"),  # rounded as in the file
+        (unit, told_unit, f"unit {told_unit}"),
+    ):
         if given is not None and told and given != told:
-            raise ParameterError(f"{path} states the {what} {told}", "leave the option out")
+            raise ParameterError(f"{path} states the {said}", "leave the option out")
     used = told_unit or unit or "mm"
     if used not in UNITS:
         raise InputFileError(f"{path} is in '{used}'", f"export it in {', '.join(UNITS)}")

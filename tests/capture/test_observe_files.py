@@ -129,6 +129,13 @@ def test_labels_of_a_c3d_file_beyond_its_points_are_left_out(tmp_path: Path):
     assert read_markers(path).names == NAMES
 
 
+def test_a_rate_that_a_c3d_file_states_may_be_given(tmp_path: Path):
+    path = write_c3d(tmp_path / "m.c3d", NAMES, talking(), rate=59.94)  # kept in 32 bits
+    assert read_markers(path, 59.94).rate == pytest.approx(59.94)
+    with pytest.raises(ParameterError, match=r"states the rate 59\.94; leave the option out"):
+        read_markers(path, 60.0)
+
+
 def test_of_many_markers_a_message_lists_some():
     names = tuple(f"marker{k}" for k in range(255))
     markers = Markers(names, np.zeros((1, 255, 3)), np.zeros((1, 255)), 60.0)
