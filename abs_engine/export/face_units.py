@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -71,7 +70,6 @@ class UnitFit:
         return np.asarray(np.clip(found, 0.0, 1.0))  # it may end a rounding error outside
 
 
-@cache
 def unit_weights(run: TrackedRun) -> FloatArray:
     """Weights of the face units, (T, 52), between 0 and 1; NaN in lost frames.
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import re
 import shutil
+import weakref
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -148,6 +150,15 @@ def test_weights_are_those_that_made_the_posture(run):
         for name in ("mouthRollLower", "mouthRollUpper", "mouthShrugLower", "mouthShrugUpper"):
             assert found[name] < 0.1, (posture, name)
     assert unit_weights(run)[0].max() < 0.1  # the face at rest
+
+
+def test_a_run_whose_weights_were_found_is_not_kept(folder):
+    run = read_run(folder)
+    gone = weakref.ref(run)
+    unit_weights(run)
+    del run
+    gc.collect()
+    assert gone() is None
 
 
 def test_another_head_closes_and_opens_its_mouth_as_the_speaker_did(run, data_dir):
