@@ -93,7 +93,7 @@ def lights_at(lamps: Iterable[Light], times: FloatArray) -> FloatArray:
     """
     rows = []
     for lamp in lamps:
-        lamp.check()
+        lamp.check(times)
         rows.append(lamp.at(times))
     return np.stack(rows, axis=1) if rows else np.zeros((len(times), 0, 7))
 

@@ -674,3 +674,11 @@ def test_the_help_names_every_shipped_scene(capsys):
 def test_lamps_that_were_not_in_a_file_are_checked_too():
     with pytest.raises(ParameterError, match="light 'dark' has no direction"):
         lights_at([Light("dark", (0.0, 0.0, 0.0))], np.zeros(1))
+
+
+def test_a_lamp_that_turns_right_round_has_no_direction_on_the_way():
+    ends = LightKey(0.0, direction=(1.0, 0.0, 0.0)), LightKey(2.0, direction=(-1.0, 0.0, 0.0))
+    lamp = Light("turning", (0.0, 0.0, -1.0), keys=ends)
+    with pytest.raises(ParameterError, match="light 'turning' has no direction at 1 s"):
+        lights_at([lamp], np.arange(3.0))
+    assert lights_at([lamp], np.array([0.0, 0.96, 1.04])).shape == (3, 1, 7)

@@ -54,23 +54,25 @@ class Light:
     colour: Colour = (1.0, 1.0, 1.0)
     keys: tuple[LightKey, ...] = ()
 
-    def check(self) -> None:
-        """Raise `ParameterError` for no direction, negative light, or keys out of order."""
-        directions = [self.direction, *(k.direction for k in self.keys if k.direction is not None)]
-        if any(not np.any(d) for d in directions):
-            raise ParameterError(
-                f"light '{self.name}' has no direction",
-                "give the direction in which its light travels",
-            )
+    def check(self, times: NDArray[np.float64]) -> None:
+        """Raise `ParameterError` for negative light, keys out of order, or no direction at a time.
+
+        Between keys of opposite directions there is a moment without any.
+        """
         rows = np.array([self._row(key) for key in (LightKey(0.0), *self.keys)])
         if rows[:, 3:].min() < 0:
             raise ParameterError(
                 f"light '{self.name}' has a negative intensity or colour", "give 0 or more"
             )
-        times = [k.time for k in self.keys]
-        if any(b <= a for a, b in pairwise(times)):
+        if any(after.time <= before.time for before, after in pairwise(self.keys)):
             raise ParameterError(
                 f"the keys of light '{self.name}' are not in order of time", "sort them"
+            )
+        dark = np.flatnonzero(~self.at(times)[:, :3].any(axis=1))
+        if len(dark):
+            raise ParameterError(
+                f"light '{self.name}' has no direction at {times[dark[0]]:g} s",
+                "give the direction in which its light travels; between opposite ones, a third",
             )
 
     def at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
