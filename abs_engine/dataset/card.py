@@ -83,11 +83,12 @@ where there are none.
 
 `points.npz`: `landmark_pixels` (T, 68, 2), `landmark_visible` (T, 68); `lip_pixels` and
 `lip_visible`, which are points 48-67; the same with `mirror_` before the name where there is a
-mirror; `in_picture` (T,), whether any of the head is seen. A landmark is visible if it is in the
-picture and neither head nor shirt nor what is held is nearer to the camera along its ray by more
-than 1 mm. Those of the lips also count as visible in the seam of closed lips and in the fold of
-the mouth's corner: where their own lip is seen within 1.5 mm of them, across the ray, and nothing
-is nearer by more than 5 mm. COCO's flag is 2 for visible, 1 for hidden, 0 outside of the picture.
+mirror; `in_picture` (T,), whether any of the head is seen. What is not before the lens is at -1e6.
+A landmark is visible if it is in the picture and neither head nor shirt nor what is held is nearer
+to the camera along its ray by more than 1 mm. Those of the lips also count as visible in the seam
+of closed lips and in the fold of the mouth's corner: where their own lip is seen within 1.5 mm of
+them, across the ray, and nothing is nearer by more than 5 mm. COCO's flag is 2 for visible, 1 for
+hidden, 0 outside of the picture.
 
 ## Reading and checking
 

@@ -230,12 +230,12 @@ class Take:
             labels = self._label(now, following, drawn)
         with self.clock.part("landmarks"):
             covers = self._covers(frame, mirrored=False)
-            pixels = self._camera.project(now.direct.points[self._vertex])
+            pixels = now.direct.pixels[self._vertex]
             seen = visible(self._vertex, now.direct, self._speaker, self._camera, covers)
             mirror_pixels = mirror_seen = None
             if self._glass is not None and now.mirrored is not None:
                 seen &= ~self._glass.hides(now.direct.drawn[self._vertex], pixels)
-                mirror_pixels = self._camera.project(now.mirrored.points[self._vertex])
+                mirror_pixels = now.mirrored.pixels[self._vertex]
                 mirror_seen = visible(
                     self._vertex, now.mirrored, self._speaker, self._camera,
                     self._covers(frame, mirrored=True), mirrored=True,

@@ -11,6 +11,7 @@ from scipy import ndimage
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Scene
+from abs_engine.dataset.coco import OUTSIDE, VISIBLE, keypoints
 from abs_engine.dataset.codec import OTHER
 from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
@@ -281,6 +282,26 @@ def test_landmarks_behind_the_shirt_are_hidden(speaker):
     assert behind[row, column].sum() >= 3
     assert not shot.seen[behind[row, column]].any()
     assert shot.seen.any()
+
+
+BELOW = """
+position = [0, 10, 170]
+target = [0, 510, 220]
+[[clip]]
+frames = 2
+motion = { amount = 0 }
+"""
+"""A camera close before the face that looks up past it."""
+
+
+def test_landmarks_behind_the_lens_are_not_in_the_picture(speaker):
+    plan, shot = filmed(speaker, HEAD.replace("= 47", "= 145") + BELOW)
+    head = plan.head(0).apply(plan.neutral[speaker.points["landmark_68"]].astype(np.float64))
+    behind = plan.views[0].pose(0).apply(head)[:, 2] < 0
+    flags = np.array(keypoints(shot.pixels, shot.seen, plan.views[0].camera.size)[2::3])
+    assert behind.sum() > 20
+    assert (flags[behind] == OUTSIDE).all()
+    assert (flags[~behind] == VISIBLE).any()
 
 
 def hits(facet, directions):
