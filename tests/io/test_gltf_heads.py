@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import base64
 import json
+from pathlib import Path
 
 import cv2
 import numpy as np
+import pygltflib as gl
 import pytest
 
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.io.morphs import read_morphs
+from abs_engine.io.morphs.gltf_arrays import GltfArrays
+from abs_engine.io.morphs.gltf_file import GltfFile
 
 FLOAT, SHORT = 5126, 5123
 PLACES = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
@@ -79,6 +83,17 @@ def test_what_a_file_holds_is_read(tmp_path):
     assert "skin" in mesh.part_names[0]
     assert (mesh.texture == [255, 0, 0]).all()
     assert np.allclose(mesh.uv[0], UV)
+
+
+def test_bytes_that_stand_for_shares_go_from_minus_one_to_one():
+    numbers, path = np.array([-128, -127, 0, 127], np.int8), Path("head.glb")
+    shares = gl.Accessor(
+        bufferView=0, componentType=gl.BYTE, count=4, type=gl.SCALAR, normalized=True
+    )
+    view, buffer = gl.BufferView(buffer=0, byteLength=4), gl.Buffer(byteLength=4)
+    document = gl.GLTF2(accessors=[shares], bufferViews=[view], buffers=[buffer])
+    arrays = GltfArrays(path, GltfFile(path, document, numbers.tobytes()))
+    assert arrays.read(0).ravel().tolist() == [-1, -1, 0, 1]
 
 
 def test_a_node_that_mirrors_turns_its_facets_round(tmp_path):

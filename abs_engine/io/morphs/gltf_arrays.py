@@ -75,7 +75,7 @@ class GltfArrays:
         if accessor.sparse is not None:
             out = self._filled(out, accessor.sparse)
         if accessor.normalized:
-            out = out / np.iinfo(out.dtype).max
+            out = np.maximum(out / np.iinfo(out.dtype).max, -1)  # glTF 2.0, 3.11
         return np.asarray(out, np.float64)
 
     def _filled(self, values: NDArray[Any], sparse: gl.Sparse) -> NDArray[Any]:
