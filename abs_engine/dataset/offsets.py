@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol
 
@@ -44,7 +44,7 @@ class StoredOffsets:
 
     def __init__(self, folder: Path, frames: int, vertices: int) -> None:
         self._folder, self._frames, self._vertices = folder / VERTICES, frames, vertices
-        self._kept: OrderedDict[str, Offset] = OrderedDict()
+        self._kept: Mapping[str, Offset] = {}
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -64,12 +64,11 @@ class StoredOffsets:
         """
         frame = checked_frame(frame, self._frames)
         name = chunk_name(frame)
-        if name not in self._kept:
-            self._kept[name] = self._read(name, frame // CHUNK * CHUNK)
-            while len(self._kept) > _KEPT:
-                self._kept.popitem(last=False)
-        self._kept.move_to_end(name)
-        return np.asarray(self._kept[name][frame % CHUNK])
+        kept = self._kept  # is replaced, never changed, as threads may share it
+        chunk = kept[name] if name in kept else self._read(name, frame // CHUNK * CHUNK)
+        others = [item for item in kept.items() if item[0] != name]
+        self._kept = dict([*others[1 - _KEPT :], (name, chunk)])
+        return np.asarray(chunk[frame % CHUNK])
 
     def _read(self, name: str, first: int) -> Offset:
         path = self._folder / name

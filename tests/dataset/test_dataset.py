@@ -6,6 +6,7 @@ import json
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import cv2
 import numpy as np
@@ -253,6 +254,22 @@ def test_offsets_are_read_chunk_by_chunk_and_few_are_kept(tmp_path, monkeypatch)
         StoredOffsets(tmp_path, 520, 3)[150]
     with pytest.raises(ParameterError, match="are not a chunk"):
         write_chunk(tmp_path, 50, whole[:1])
+
+
+def test_threads_may_share_offsets(tmp_path, monkeypatch):
+    monkeypatch.setattr(StoredOffsets, "_read", lambda _, name, first: np.full((100, 1), first))
+    stored, before = StoredOffsets(tmp_path, 1000, 1), sys.getswitchinterval()
+
+    def read(seed: int) -> bool:
+        frames = np.random.default_rng(seed).integers(0, 1000, 4000).tolist()
+        return all(stored[frame] == frame // 100 * 100 for frame in frames)
+
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(8) as threads:
+            assert all(threads.map(read, range(8)))
+    finally:
+        sys.setswitchinterval(before)
 
 
 # ---- COCO -------------------------------------------------------------------------------------
