@@ -173,8 +173,8 @@ BUILT_IN: tuple[Metric, ...] = (
     ),
     Metric(
         "closure_precision_events", "closures, precision", "share",
-        "share of the runs of frames called closed that overlap with a closure, one to one; lost "
-        "frames within a closure do not divide a run",
+        "share of the runs of frames called closed that overlap with a closure, one to one; frames "
+        "within a closure that are lost, or lack what it is measured on, do not divide a run",
     ),
     Metric(
         "closure_recall_events", "closures, recall", "share",
@@ -183,7 +183,8 @@ BUILT_IN: tuple[Metric, ...] = (
     Metric(
         "closure_onset_error_ms", "closure onset, mean error", "ms",
         "mean size of the difference of onsets, over closures found, but for those at a clip's "
-        "first frame, or after one that is lost or without the head",
+        "first frame, or after one that is lost, lacks what it is measured on, or is without the "
+        "head",
     ),
     Metric(
         "closure_onset_bias_ms", "closure onset, bias", "ms",

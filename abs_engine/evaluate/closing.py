@@ -19,6 +19,8 @@ from abs_engine.evaluate.estimate import Estimate
 from abs_engine.evaluate.measures import true_pixels
 from abs_engine.io.assets import CLOSED_APERTURE
 
+_IN_PICTURE = 36, 45, 62, 66  # by which `closed_in_picture` measures
+
 Closures = tuple[BoolArray, BoolArray]
 """Frames (T,) that are called closed, and those that are."""
 
@@ -49,6 +51,16 @@ def closures(
         marks = np.asarray(truth.neutral[landmark_68], np.float64)
         true = closed_in_picture(true_pixels(truth, landmark_68), marks)
     return None if true is None else (said.closed, true)
+
+
+def unsaid(said: Estimate) -> BoolArray:
+    """Frames (T,) that are lost, or lack the points by which lips are measured to be closed."""
+    lacking = ~said.found
+    if said.closed_by == "aperture" and "aperture" in said.curves:
+        lacking = lacking | np.isnan(said.curves["aperture"])
+    elif said.closed_by == "picture" and said.pixels is not None:
+        lacking = lacking | np.isnan(said.pixels[:, _IN_PICTURE]).any(axis=(1, 2))
+    return np.asarray(lacking)
 
 
 def narrow(aperture: FloatArray) -> BoolArray:

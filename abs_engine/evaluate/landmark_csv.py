@@ -228,17 +228,17 @@ def _check_units(path: Path, found: Landmarks) -> None:
 
 
 def _estimate(path: Path, found: Landmarks, clip: Reference) -> Estimate:
-    has_px, has_mm = (bool(np.isfinite(a).any()) for a in (found.pixels, found.points))
-    shape = found.points if has_mm else found.pixels
-    tracked = np.asarray(np.any(np.all(np.isfinite(shape), axis=2), axis=1))
+    given = [np.isfinite(a).all(axis=2) for a in (found.pixels, found.points)]
+    has_px, has_mm = (bool(points.any()) for points in given)
+    tracked = np.asarray(np.any(given[0] | given[1], axis=1))
     tracks: dict[str, PointTrack] = {}
     curves: dict[str, FloatArray] = {}
     rest = clip.neutral[clip.landmark_68]
     closed = closed_in_picture(found.pixels, rest)
     by: ClosedBy = "picture"
     if has_mm:
-        given = np.isfinite(found.points).all(axis=2).any(axis=0)
-        track = PointTrack(clip.landmark_68[given], found.points[:, given], found.space)
+        ever = given[1].any(axis=0)
+        track = PointTrack(clip.landmark_68[ever], found.points[:, ever], found.space)
         tracks["landmarks"] = track
         curves = landmark_curves(found.points, None if found.space == "head" else rest)
         if np.isfinite(curves["aperture"]).any():

@@ -19,7 +19,7 @@ from abs_engine.core.foreign import blamed
 from abs_engine.dataset import Truth
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.catalogue import added, catalogue
-from abs_engine.evaluate.closing import Closures, closures
+from abs_engine.evaluate.closing import Closures, closures, unsaid
 from abs_engine.evaluate.derived_rows import complete
 from abs_engine.evaluate.estimate import Estimate, places, within
 from abs_engine.evaluate.landmark_coverage import given_landmarks
@@ -118,7 +118,7 @@ def measure(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) 
             numbers[f"{name}_correlation"] = metrics.correlation(said.curves[name], true)
     closed = closures(said, truth, true_curves["aperture"], landmark_68)
     if closed is not None:
-        means |= closure_means(closed[0], closed[1] & seen, truth.rate, ~said.found, ~seen)
+        means |= closure_means(closed[0], closed[1] & seen, truth.rate, unsaid(said), ~seen)
     means |= _added_means(said, truth)
     notes = () if given is None else given.notes()
     return ClipScores(estimate.name, truth.rate, means, numbers, closed, notes)

@@ -175,11 +175,12 @@ def test_first_rows_that_are_missing_are_lost_by_the_timecode(truth, reference, 
     np.testing.assert_allclose(weights, truth.unit_weights[1:], atol=1e-6)
 
 
-def long_rows(truth):
-    points = true_landmarks(truth)[1]
+def long_rows(truth, unit="mm"):
+    pixels, points = true_landmarks(truth)
+    places = {"mm": points, "px": np.dstack([pixels, np.zeros(pixels.shape[:2])])}[unit]
     heading = ["frame", "time", "point", "x", "y", "z", "unit", "space"]
     return heading, [
-        [t, t / RATE, k, *points[t, k], "mm", "camera"] for t in range(FRAMES) for k in range(68)
+        [t, t / RATE, k, *places[t, k], unit, "camera"] for t in range(FRAMES) for k in range(68)
     ]
 
 
@@ -216,21 +217,38 @@ def test_lost_frames_of_a_wide_file_have_no_time(truth, reference, tmp_path):
         read_landmarks(write_csv(tmp_path / "b.csv", heading, rows), reference)
 
 
-def test_lost_frames_do_not_make_exact_closures_wrong(truth, reference, tmp_path):
-    heading, rows = long_rows(truth)
+@pytest.mark.parametrize("unit", ["mm", "px"])
+@pytest.mark.parametrize("points", [range(68), [62]])
+def test_lost_frames_do_not_make_exact_closures_wrong(truth, reference, tmp_path, unit, points):
+    """Nor do frames that lack a point by which lips are closed."""
+    heading, rows = long_rows(truth, unit)
     marks = truth.landmarks["landmark_68"]
     found = read_landmarks(write_csv(tmp_path / "a.csv", heading, rows), reference)
     runs = [run for run in closed_intervals(found.closed) if run[0] > 0 and run[1] - run[0] > 2]
     (first, end), *_ = runs
     for gone in ({(first + end) // 2}, {first, first + 1}):
         at = heading.index("x")
-        holed = [[*r[:at], "", "", "", *r[at + 3 :]] if r[0] in gone else r for r in rows]
+        holed = [
+            [*r[:at], "", "", "", *r[at + 3 :]] if r[0] in gone and r[2] in points else r
+            for r in rows
+        ]
         found = read_landmarks(write_csv(tmp_path / "b.csv", heading, holed), reference)
-        assert lost(found) == sorted(gone)
+        assert lost(found) == (sorted(gone) if len(points) == 68 else [])
         scores = summary([measure(found, truth, marks)])
         assert scores["closure_precision_events"].value == 1
         assert scores["closure_recall_events"].value == 1
         assert scores["closure_onset_error_ms"].value == 0
+
+
+def test_frames_with_points_in_the_picture_alone_are_not_lost(truth, reference, tmp_path):
+    (heading, solid), (_, flat) = (long_rows(truth, unit) for unit in ("mm", "px"))
+    path = write_csv(tmp_path / "a.csv", heading, flat + [row for row in solid if row[0] % 4])
+    found = read_landmarks(path, reference)
+    assert lost(found) == []
+    scores = summary([measure(found, truth, truth.landmarks["landmark_68"])])
+    assert scores["frames_lost"].value == 0
+    assert scores["failure_share"].value == 0.25  # they lack landmarks that are given elsewhere
+    assert scores["landmarks_given"].value == 0.75
 
 
 @pytest.mark.parametrize("begins", [13, 33])
