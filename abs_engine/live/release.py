@@ -1,4 +1,7 @@
-"""Hands results on at a constant delay after their frames were taken; late ones are dropped."""
+"""Hands results on at a constant delay after their frames were taken; late ones are dropped.
+
+Where a dropped frame begins another shot, the next one that is handed on does.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
 
@@ -20,6 +23,8 @@ from abs_engine.tracking.results.run_table import closed_frames
 RECENT = 25  # results that `Release.took` remembers
 _DIGITS = 4
 _DEVIATIONS = tuple(f"{name}_sd" for name in BELIEVED)
+_Waiting = tuple[Shot, FrameResult, bool]
+"""A frame, its result, and whether that came in time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +89,8 @@ class Release:
         self.count = 0
         self.took: deque[float] = deque(maxlen=RECENT)
         self._start, self._delay, self._hand_on = start, delay, hand_on
-        self._waiting: queue.SimpleQueue[tuple[Shot, FrameResult] | None] = queue.SimpleQueue()
+        self._waiting: queue.SimpleQueue[_Waiting | None] = queue.SimpleQueue()
+        self._cut = False  # by a frame that was not handed on
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name="release", daemon=True)
         self._thread.start()
@@ -97,8 +103,7 @@ class Release:
         if self._error is not None:
             raise self._error
         self.took.append(time.monotonic() - self._start - shot.time)
-        if self.took[-1] <= self._delay:
-            self._waiting.put((shot, result))
+        self._waiting.put((shot, result, self.took[-1] <= self._delay))
 
     @property
     def mostly_late(self) -> bool:
@@ -113,7 +118,10 @@ class Release:
         except BaseException as error:  # noqa: BLE001 - raised again by whoever adds
             self._error = error
 
-    def _release(self, shot: Shot, result: FrameResult) -> None:
+    def _release(self, shot: Shot, result: FrameResult, in_time: bool) -> None:
+        self._cut |= result.cut
+        if not in_time:
+            return
         taken = self._start + shot.time
         left = taken + self._delay - time.monotonic()
         if left > 0:
@@ -121,8 +129,9 @@ class Release:
         delay = time.monotonic() - taken
         if delay > self._delay + _SLACK:
             return  # whoever takes them, or the machine, was too slow
+        result = replace(result, cut=self._cut and self.count > 0)
         self._hand_on(Released(shot, result, delay, shot.index - self.count))
-        self.count += 1
+        self.count, self._cut = self.count + 1, False
 
     def __enter__(self) -> Release:
         return self

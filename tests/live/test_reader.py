@@ -9,6 +9,7 @@ import socket
 import threading
 import time
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 
 import cv2
@@ -25,6 +26,14 @@ from abs_engine.tracking.frame.frame_state import Shot
 
 IMAGE = np.zeros((32, 48, 3), np.uint8)
 PERIOD = 0.02
+
+
+@dataclass(frozen=True)
+class Result:
+    """What is handed on of a frame's result."""
+
+    status: str = "found"
+    cut: bool = False
 
 
 class Steps:
@@ -118,10 +127,10 @@ def test_frames_are_collected_for_as_long_as_asked():
 def test_results_are_handed_on_at_a_constant_delay_and_late_ones_dropped():
     handed, start = [], time.monotonic()
     with Release(start, 0.3, handed.append) as release:
-        release.add(Shot(IMAGE, 0, -0.4), "late")
-        release.add(Shot(IMAGE, 1, 0.0), "early")
-        release.add(Shot(IMAGE, 4, 0.1), "later")
-    assert [(one.result, one.shot.index, one.dropped) for one in handed] == [
+        release.add(Shot(IMAGE, 0, -0.4), Result("late"))
+        release.add(Shot(IMAGE, 1, 0.0), Result("early"))
+        release.add(Shot(IMAGE, 4, 0.1), Result("later"))
+    assert [(one.result.status, one.shot.index, one.dropped) for one in handed] == [
         ("early", 1, 1),
         ("later", 4, 3),
     ]
@@ -140,20 +149,31 @@ def test_what_nobody_takes_in_time_is_dropped():
 
     with Release(time.monotonic(), 0.3, slow) as release:
         for k in range(3):
-            release.add(Shot(IMAGE, k, 0.01 * k), "found")
+            release.add(Shot(IMAGE, k, 0.01 * k), Result())
     assert handed == [0]
+
+
+def test_a_shot_whose_first_frame_is_late_begins_with_the_next_one():
+    handed = []
+    with Release(time.monotonic(), 0.3, handed.append) as release:
+        release.add(Shot(IMAGE, 0, -0.4), Result("late", cut=True))
+        release.add(Shot(IMAGE, 1, 0.0), Result())
+        release.add(Shot(IMAGE, 2, -0.4), Result("late", cut=True))
+        release.add(Shot(IMAGE, 3, 0.05), Result())
+        release.add(Shot(IMAGE, 4, 0.05), Result())
+    assert [one.result.cut for one in handed] == [False, True, False]  # none before the first
 
 
 def test_results_that_mostly_come_too_late_are_noticed():
     with Release(time.monotonic(), 0.5, lambda _: None) as release:
         for k in range(RECENT - 1):
-            release.add(Shot(IMAGE, k, -1.0), "late")
+            release.add(Shot(IMAGE, k, -1.0), Result("late"))
             assert not release.mostly_late
-        release.add(Shot(IMAGE, RECENT, 0.0), "found")
+        release.add(Shot(IMAGE, RECENT, 0.0), Result())
         assert release.mostly_late
         for k in range(RECENT // 2 + 1):
             assert release.mostly_late == (k < RECENT // 2)
-            release.add(Shot(IMAGE, k, 0.0), "found")
+            release.add(Shot(IMAGE, k, 0.0), Result())
 
 
 def test_an_error_of_who_takes_results_is_raised():
@@ -164,7 +184,7 @@ def test_an_error_of_who_takes_results_is_raised():
         pytest.raises(OSError, match="disk full"),
         Release(time.monotonic(), 0.5, fails) as release,
     ):
-        release.add(Shot(IMAGE, 0, 0.0), "found")
+        release.add(Shot(IMAGE, 0, 0.0), Result())
 
 
 @pytest.fixture(scope="module")
