@@ -10,7 +10,7 @@ import numpy as np
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, OutputError, ParameterError, PluginError
 from abs_engine.core.foreign import blamed, own
-from abs_engine.core.geometry import FACING, Pose
+from abs_engine.core.geometry import Pose
 from abs_engine.core.kinds import TEXT, check_kind, to_path
 from abs_engine.core.registry import EXPORTERS, nearest
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun, read_run, rms
@@ -154,19 +154,20 @@ def smoothed(run: TrackedRun, smoothing: Smoothing) -> tuple[TrackedRun, Loss]:
 
 
 def _poses(run: TrackedRun, smoothing: Smoothing) -> tuple[FloatArray, FloatArray]:
-    """Rotation vectors and translations (T, 3); smoothed about the pose that faces the camera.
+    """Rotation vectors and translations (T, 3); smoothed about the first pose.
 
     There rotation vectors do not jump, as those of a face that looks into the camera do.
     """
     turned = np.full((len(run), 3), np.nan)
     there = np.isfinite(run.arrays["rotation"]).all(axis=1)
     posed = np.flatnonzero(there).tolist()  # frames with a covered mouth among them
+    first = run.pose(posed[0]).rotation
     for frame in posed:
-        turned[frame] = Pose(FACING.T @ run.pose(frame).rotation, np.zeros(3)).rotation_vector
+        turned[frame] = Pose(first.T @ run.pose(frame).rotation, np.zeros(3)).rotation_vector
     cut = cuts(run.arrays)
     turned = smoothing(turned, run.rate, cut)
     rotation = np.full((len(run), 3), np.nan)
     for frame in posed:
         about = Pose.from_vectors(turned[frame], np.zeros(3)).rotation
-        rotation[frame] = Pose(FACING @ about, np.zeros(3)).rotation_vector
+        rotation[frame] = Pose(first @ about, np.zeros(3)).rotation_vector
     return rotation, smoothing(run.arrays["translation"], run.rate, cut)

@@ -125,6 +125,19 @@ def test_a_covered_mouth_has_its_whole_pose_when_smoothed(tmp_path):
         assert np.isfinite(soft.arrays[name]).all()
 
 
+def test_a_head_that_is_upside_down_stays_so_when_smoothed(tmp_path):
+    recorder = Recorder(toy_setting())
+    for k in range(12):
+        seen = toy_result(k)
+        roll = Pose.from_vectors([0.0, 0.0, np.pi + 0.05 * (-1) ** k], np.zeros(3)).rotation
+        recorder.add(replace(seen, pose=Pose(roll @ FACING, seen.pose.translation)))
+    recorder.record().write(tmp_path, {})
+    raw = read_run(tmp_path)
+    soft, _ = smoothed(raw, Smoothing.named("savitzky-golay:5"))
+    away = [raw.pose(k).angle_to(soft.pose(k)) for k in range(12)]
+    assert max(away) < 0.1
+
+
 def test_arkit_is_read_as_the_same_face(folder, run, clip, tmp_path):
     path = exported(folder, "arkit", tmp_path)
     areas = run.speaker.points

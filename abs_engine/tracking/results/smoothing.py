@@ -116,11 +116,13 @@ class Smoothing:
                 "give a higher cutoff, or leave out --smooth",
             )
 
-    def __call__(self, curve: FloatArray, rate: float, cut: BoolArray) -> FloatArray:
+    def __call__(
+        self, curve: FloatArray, rate: float, cut: BoolArray, turn: float | None = None
+    ) -> FloatArray:
         """A curve (T,) or curves (T, K) at `rate` frames a second, smoothed.
 
         Each stretch of frames with numbers, of one shot (`cut`, (T,), begins another), by itself;
-        one too short to be filtered stays.
+        one too short to be filtered stays. Angles jump by a whole `turn`.
         """
         out = np.array(curve, np.float64)
         run, least = self._filter(rate)
@@ -129,8 +131,9 @@ class Smoothing:
         ends = np.r_[0, edges, len(out)]
         for first, end in pairwise(ends.tolist()):
             if known[first:end].all() and end - first >= least:
-                out[first:end] = run(out[first:end])
-        return out
+                part = out[first:end]
+                out[first:end] = run(part if turn is None else np.unwrap(part, period=turn, axis=0))
+        return out if turn is None else out - turn * np.round(out / turn)
 
     def _filter(self, rate: float) -> tuple[Callable[[FloatArray], FloatArray], int]:
         """The filter of (N, ...), and the least N."""
@@ -147,8 +150,8 @@ class Smoothing:
     def measures(self, arrays: Mapping[str, NDArray[Any]]) -> dict[str, FloatArray]:
         """The measures of a run, (T,) each, smoothed; velocities are those of smoothed curves."""
         rate, time = float(arrays["rate"]), np.asarray(arrays["time"], np.float64)
-        cut, names = cuts(arrays), (*_SIZES, *ANGLES)
-        out = {name: self(arrays[name], rate, cut) for name in names if name in arrays}
+        cut, turns = cuts(arrays), dict.fromkeys(_SIZES) | dict.fromkeys(ANGLES, 360.0)
+        out = {k: self(arrays[k], rate, cut, turn) for k, turn in turns.items() if k in arrays}
         for name in _NEVER_BELOW_0:
             if name in out:
                 out[name] = out[name].clip(min=0.0)

@@ -73,6 +73,17 @@ def test_measures_are_smoothed_and_velocities_are_those_of_smoothed_curves():
     assert np.isnan(found["jaw_velocity"]).all()
 
 
+def test_angles_are_smoothed_across_half_a_turn():
+    """The roll of a face that is upside down jumps from 180 to -180 degrees."""
+    smoothing, roll = Smoothing.named("butterworth:6"), 180 + 3 * wave(2) + 0.2 * wave(11)
+    roll[60] = np.nan
+    arrays = {"rate": RATE, "time": TIME, "aperture": wave(2),
+              "head_roll": np.where(roll > 180, roll - 360, roll)}  # fmt: skip
+    found = smoothing.measures(arrays)["head_roll"]
+    assert np.nanmax(np.abs(found)) <= 180
+    np.testing.assert_allclose(found % 360, smoothing(roll, RATE, NO_CUT), atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
