@@ -23,7 +23,6 @@ from abs_engine.fit.opening import NAME, Opening, sided
 from abs_engine.io.arrays import Layout, real, whole
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.npz import read_model, write_npz
-from abs_engine.io.video import read_frames
 from abs_engine.learn.opening import LabelledMouth, learn_opening
 from abs_engine.tracking.detection.face_detection import find_face
 from abs_engine.tracking.frame.clip_setting import ClipSetting
@@ -189,7 +188,7 @@ def _spread(clip: Clip) -> list[Image]:
     """Frames of a clip, spread evenly."""
     kept: list[Image] = []
     stride = 1
-    for number, image in enumerate(islice(read_frames(clip.video), CLOSE_UP.seen)):
+    for number, image in enumerate(islice(clip.frames(), CLOSE_UP.seen)):
         if number % stride == 0:
             kept.append(image)
         if len(kept) == 2 * CLOSE_UP.learned:

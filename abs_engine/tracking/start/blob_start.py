@@ -22,7 +22,6 @@ from abs_engine.face.shape.linear import LinearShape
 from abs_engine.fit.shading import NAME as SHADED
 from abs_engine.fit.shading import with_shading
 from abs_engine.io.assets import Speaker
-from abs_engine.io.video import read_frames
 from abs_engine.tracking.detection.initial_pose import FaceBox
 from abs_engine.tracking.detection.mouth_search import CalibrationFrame, shifted
 from abs_engine.tracking.frame.blob_visibility import ByBlob, MouthEvidence
@@ -105,12 +104,12 @@ def _calibrated(
         box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
         motion = HeadMotion(model, camera, renderer, box)
         tell("finding and following the face")
-        frames = choose_frames(followed(motion, read_frames(video)), str(video))
+        frames = choose_frames(followed(motion, clip.frames()), str(video))
     else:
         given.check(clip.info.frames, camera, model.pivot, held=model.known)
         motion = GivenMotion(given.poses)
         shown = motion.in_picture(camera, model.pivot, video)
-        frames = choose_frames(followed(shown, read_frames(video)), str(video), least=0.0)
+        frames = choose_frames(followed(shown, clip.frames()), str(video), least=0.0)
     faces = [(f.image, _outline(model, f.pose, camera)) for f in frames]
     chromatic, exposure = in_colour(faces), Exposure.of(faces)
     if not (chromatic or model.known):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from abs_engine.cli import main
 from abs_engine.core.camera import Camera
 from abs_engine.face.appearance.opening import MouthSpot, OpeningLooks
 from abs_engine.face.rings import lip_rings
-from abs_engine.io.video import probe
+from abs_engine.io.video import VideoInfo, probe
 from abs_engine.learn.opening import (
     POINTS,
     LabelledMouth,
@@ -25,12 +26,14 @@ from abs_engine.learn.opening import (
     sides_of,
     spot_of,
 )
+from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.detection.initial_pose import with_mouth_at
 from abs_engine.tracking.models import worn, worn_fit
 from abs_engine.tracking.models.worn import _doubts, _whole_faces, found_mouth, load_looks
 from abs_engine.tracking.models.worn_fit import find_mouth, unsettled
 from abs_engine.tracking.models.worn_labels import COLUMNS, read_mouths
 from abs_engine.tracking.options import Clip, TrackOptions
+from abs_engine.tracking.run import prepare_clip
 from abs_engine.tracking.runs.record import load_run
 from abs_engine.tracking.settings.worn import CLOSE_UP
 
@@ -156,6 +159,14 @@ def test_a_close_up_is_followed(run):
     shares = np.asarray(tracked["aperture"]) / np.asarray(tracked["width"])
     assert np.corrcoef(labelled, shares)[0, 1] > 0.95
     assert np.abs(shares - labelled).max() < 0.08
+
+
+def test_a_camera_that_is_worn_is_learned_from_as_it_films(folder):
+    shown = tuple(close_up("amara", amount) for amount in NEW)
+    clip = Clip(Path("camera 0"), VideoInfo((160, 120), 25.0, 0), CAMERA, None, shown)
+    options = TrackOptions(model=str(folder / "mouths.face"))
+    made = prepare_clip(clip, CpuRenderer(), options, print)
+    assert made.setting.warnings == ()
 
 
 def test_a_run_of_whole_faces_keeps_the_warning(folder):

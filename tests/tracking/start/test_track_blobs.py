@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
 
 from abs_engine.core.camera import Camera
+from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colour_features import CLASSES, features
 from abs_engine.face.appearance.mixture import Mixture
+from abs_engine.io.video import VideoInfo
+from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.frame.blob_motion import BlobMotion, LipFollower
 from abs_engine.tracking.frame.blobs import LipPrior, find_face_blob, find_lips
 from abs_engine.tracking.frame.external_poses import GivenMotion
 from abs_engine.tracking.frame.frame_state import Memory
+from abs_engine.tracking.options import Clip, TrackOptions
+from abs_engine.tracking.run import prepare_clip
 from abs_engine.tracking.settings.blobs import BLOB_START
 
 SIZE = 320, 240
@@ -238,3 +245,12 @@ def test_a_mouth_is_put_at_its_blob_through_a_lens():
     middle = found.pose.apply(pivot)
     assert lens.project(middle) == pytest.approx(found.blob.centre, abs=1e-3)
     assert middle[2] == pytest.approx(held.given[0].apply(pivot)[2])
+
+
+def test_a_camera_is_learned_from_as_it_films():
+    """Its frames, as there is no file that could be read."""
+    clip = Clip(
+        Path("camera 0"), VideoInfo(SIZE, RATE, 0), Camera.ideal(SIZE), None, (NOTHING,) * 3
+    )
+    with pytest.raises(FaceNotFoundError, match="no face was found in 3 of 3 frames of camera 0"):
+        prepare_clip(clip, CpuRenderer(), TrackOptions(start="blobs"), print)
