@@ -9,6 +9,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
 from abs_engine.io.video import VideoInfo
 from abs_engine.tracking.frame.mouth_landmarks import EVIDENCE
+from abs_engine.tracking.frame.mouth_landmarks import LANDMARKS as ALONE
 from abs_engine.tracking.model_entry import Model, check_model, model_named
 from abs_engine.tracking.options import BLOBS, LANDMARKS, STARTS, Leaves, TrackOptions
 from abs_engine.tracking.person.scale import pupil_scale
@@ -108,6 +109,11 @@ def _check_placed(model: Model, options: TrackOptions, chosen: TrackOptions) -> 
                 f"{name} has no effect with {other}",
                 f"leave out {name}, or {other}",
             )
+    if options.driver is not None and options.evidence == ALONE:
+        raise ParameterError(
+            f"--driver has no effect with --evidence {ALONE}",
+            "leave out --driver, or --evidence",
+        )
     if options.face is not None and options.poses is not None:
         raise ParameterError("head poses say which face is meant", "leave out --face, or --poses")
     if options.face is not None and options.mouth is not None:

@@ -125,6 +125,7 @@ def test_an_entry_of_another_kind_is_named(registry, entry, lacks):
     [
         ({"preset": "basu1998", "face": 2}, "--face has no effect with --preset"),
         ({"preset": "basu1998", "pupil_distance": 58.0}, "has no effect with --preset basu1998"),
+        ({"driver": "forces", "evidence": "landmarks"}, "--driver has no effect with --evidence"),
         ({"model": "talking", "evidence": "landmarks"}, "--evidence does nothing for the model"),
         ({"model": "talking", "physics": Path("lips.npz")}, "--physics does nothing for the model"),
         ({"model": "talking", "face": 2}, "has no effect with --model"),
