@@ -30,7 +30,7 @@ from abs_engine.tracking.option_checks import DEFAULTS, check_options
 from abs_engine.tracking.options import Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.results.frame_journal import FRAMES, FrameJournal, fingerprint
-from abs_engine.tracking.results.run_warnings import GIVEN_COLOURS
+from abs_engine.tracking.results.run_warnings import GIVEN_COLOURS, OTHER_COLOURS
 from abs_engine.tracking.results.smoothing import Smoothing, write_smoothed
 from abs_engine.tracking.runs.output import Progress, RunFacts, write_run
 from abs_engine.tracking.runs.poses_file import read_poses
@@ -99,11 +99,16 @@ def prepare_clip(clip: Clip, renderer: Renderer, options: TrackOptions, tell: Te
         "model_sha256": file and digest(file), "terms": list(leaves.kinds), "driver": driver,
         "preset": chosen.preset,
     }  # fmt: skip
-    remarks = "\n".join([*footage_lines(clip.info), *made.remarks.splitlines()])
-    classes = made.setting.face.appearance.get("colour")
-    used = classes is not None and usable(clip.colours, classes.chromatic) is not None
-    setting = replace(made.setting, hint=GIVEN_COLOURS if used else made.setting.hint)
-    return replace(made, setting=setting, facts={**facts, **made.facts}, remarks=remarks)
+    remarks = [*footage_lines(clip.info), *made.remarks.splitlines()]
+    classes, setting = made.setting.face.appearance.get("colour"), made.setting
+    if clip.colours is not None and classes is not None:
+        if usable(clip.colours, classes.chromatic) is None:
+            facts["colours"] = "learned"
+            remarks.append(OTHER_COLOURS.format("without" if classes.chromatic else "with"))
+        else:
+            setting = replace(setting, hint=GIVEN_COLOURS)
+    made = replace(made, setting=setting, remarks="\n".join(remarks))
+    return replace(made, facts={**facts, **made.facts})
 
 
 def silent(_stage: str) -> None:

@@ -48,6 +48,7 @@ LITTLE = "the drawn mouth explains only {:.0%} of the picture around it: look at
 GIVEN_COLOURS = (
     "the colours are another run's: leave them out unless they are of this person in this light"
 )
+OTHER_COLOURS = "--colours are of a video {} colour, unlike this one, and are not used"
 FACE_COLOURS = (
     "colours come from the recordings that the face was learned from; in another light, give "
     "--colours from a run in that light"

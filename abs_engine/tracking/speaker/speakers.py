@@ -11,6 +11,7 @@ import numpy as np
 
 from abs_engine.core.errors import FaceNotFoundError, ParameterError
 from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.colour import usable
 from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.appearance.exposure import Exposure, colourless
 from abs_engine.fit.terms import LOOKS
@@ -151,8 +152,9 @@ class SpeakerClip:
             remarks.append(ANEW)
         else:
             hint = FACE_COLOURS if looks is None else FACE_LOOKS
-            facts |= {"colours": "the face's"} if clip.colours is None else {}
-            remarks += () if clip.colours is None else (UNCOVERED,)
+            known = face.light is self.face.light
+            facts |= {"colours": "the face's"} if known else {}
+            remarks += () if known else (UNCOVERED,)
         setting = replace(made, warnings=warned, hint=hint)
         said = "\n".join([*remarks, *warned])
         return ClipTracker(clip.video, clip.info, setting, face.scale, said, facts)
@@ -181,17 +183,19 @@ class SpeakerClip:
         return seen
 
     def _in_light_of(self, first: Sighted) -> SpeakerFace:
-        """The face in the clip's colours, if they are given, and as exposed as in a first frame."""
+        """The face in the clip's colours, if such are given, and as exposed as in a first frame."""
         clip, face = self.clip, self.face
         shown = [(first[0], first[1].pixels)]
         exposure = Exposure.of(shown)
-        if face.classes.chromatic and not in_colour(shown):
+        chromatic = in_colour(shown)
+        if face.classes.chromatic and not chromatic:
             raise ParameterError(
                 f"{colourless(clip.video, exposure)}, but the face was learned in colour",
                 "track it without --model, or learn a face from recordings without colour",
             )
-        if clip.colours is not None:
-            face = face.coloured(clip.colours, SkinLight.of([first]))
+        colours = usable(clip.colours, chromatic)
+        if colours is not None:
+            face = face.coloured(colours, SkinLight.of([first]))
         return replace(face, classes=replace(face.classes, exposure=exposure))
 
 

@@ -26,7 +26,11 @@ from abs_engine.tracking.options import Clip, ClipTracker, TrackOptions
 from abs_engine.tracking.results.measures import Closure
 from abs_engine.tracking.results.run_mesh import load_mesh
 from abs_engine.tracking.results.run_table import POINT_NAMES, closure_table, written
-from abs_engine.tracking.results.run_warnings import FACE_COLOURS, GIVEN_COLOURS
+from abs_engine.tracking.results.run_warnings import (
+    FACE_COLOURS,
+    GIVEN_COLOURS,
+    OTHER_COLOURS,
+)
 from abs_engine.tracking.run import prepare_clip
 from abs_engine.tracking.runs.record import RESULTS, SUMMARY, TABLE, load_run
 from abs_engine.tracking.runs.recorder import Recorder
@@ -278,10 +282,12 @@ def test_a_run_in_which_nothing_was_tracked_says_so_and_has_no_score():
 
 
 @pytest.mark.parametrize(
-    ("given", "clips", "used"), [(True, True, True), (False, True, False), (None, True, False),
-                                 (True, None, False)]
+    ("given", "clips", "used", "said"),
+    [(True, True, True, ""), (False, True, False, OTHER_COLOURS.format("without")),
+     (True, False, False, OTHER_COLOURS.format("with")), (None, True, False, ""),
+     (True, None, False, "")],
 )  # fmt: skip
-def test_colours_are_given_where_they_are_used(monkeypatch, given, clips, used):
+def test_colours_are_given_where_they_are_used(monkeypatch, given, clips, used, said):
     """Classes of colours are not used for a video without colour, nor the other way round."""
     given, clips = (
         one if one is None else SimpleNamespace(chromatic=one) for one in (given, clips)
@@ -293,6 +299,8 @@ def test_colours_are_given_where_they_are_used(monkeypatch, given, clips, used):
     monkeypatch.setattr("abs_engine.tracking.run.made_ready", lambda *_: made)
     tracker = prepare_clip(clip, CpuRenderer(), TrackOptions(), print)
     assert (tracker.setting.hint == GIVEN_COLOURS) == used
+    assert tracker.remarks == said
+    assert tracker.facts.get("colours", "as asked") == ("learned" if said else "as asked")
 
 
 def test_what_is_no_run_is_refused(tmp_path, run):

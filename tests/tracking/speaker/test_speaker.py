@@ -23,7 +23,7 @@ from abs_engine.face.learned_appearance import LocalLooks
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn import posture_space
 from abs_engine.learn.settings import LEARNING
-from abs_engine.tracking.results.run_warnings import FACE_LOOKS, UNCOVERED
+from abs_engine.tracking.results.run_warnings import FACE_LOOKS, OTHER_COLOURS, UNCOVERED
 from abs_engine.tracking.runs.record import load_run
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.settings.preparation import PREPARATION
@@ -208,14 +208,22 @@ def test_colours_are_not_advised_where_texture_is_compared(learned, other, tmp_p
     assert told[-1] == FACE_LOOKS
 
 
-def test_with_other_colours_a_line_says_that_no_mouth_counts_as_covered(learned, nearer, tmp_path):
+@pytest.mark.parametrize(
+    ("chromatic", "said"),
+    [
+        (True, (UNCOVERED, "colours.npz")),
+        (False, (OTHER_COLOURS.format("without"), "the face's")),
+    ],
+)
+def test_a_line_says_what_comes_of_other_colours(learned, nearer, tmp_path, chromatic, said):
+    """No mouth counts as covered in them; those of a video without colour are not used."""
     colours = tmp_path / "colours.npz"
     face = load_speaker_face(learned[0], load_speaker())
-    face.classes.save(colours)
+    replace(face.classes, chromatic=chromatic).save(colours)
     typed = "track", nearer, "-o", tmp_path / "run", "--renderer", "cpu", "--model", learned[0]
     assert run(*typed, "--camera", nearer.with_name("camera.json"), "--colours", colours) == 0
     told = json.loads((tmp_path / "run/run.json").read_text())["settings"]
-    assert (told["remarks"], told["colours"]) == (UNCOVERED, "colours.npz")
+    assert (told["remarks"], told["colours"]) == said
 
 
 def test_the_file_comes_back(learned, tmp_path):
