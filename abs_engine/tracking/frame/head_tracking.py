@@ -199,14 +199,15 @@ class HeadFollower(Follower):
         self._known, self._error = Keyframes(motion.camera, motion.refined), 0.0
         self._box = motion.box
         self._before: tuple[Image, Pose] | None = None
-        colours = motion.colours
-        self._lips = None if colours is None else LipFollower(colours, motion.rate)
+        self._lips = self._lips_anywhere()
 
     def step(self, image: Image, _memory: Memory | None = None) -> HeadFrame:
         """The next frame with the head's pose, or None while no face is found."""
         motion, known = self._motion, self._known
         state = known.step(image)
-        if state is None and known.first is not None and self._lips is not None:
+        if state is not None:
+            self._lips = self._lips_anywhere()  # where they were when it was last lost says nothing
+        elif known.first is not None and self._lips is not None:
             state = motion.again(known.first, image, self._lips.step(image))
             if state is not None:
                 known.resume(state)
@@ -214,6 +215,11 @@ class HeadFollower(Follower):
             self._before = image, state.pose
             return HeadFrame(image, motion.settled(image, state.pose))
         return HeadFrame(image, self._looked_for(image))
+
+    def _lips_anywhere(self) -> LipFollower | None:
+        """Follower of lips that may be anywhere; None where their colour is not known."""
+        colours = self._motion.colours
+        return None if colours is None else LipFollower(colours, self._motion.rate)
 
     def _looked_for(self, image: Image) -> Pose | None:
         """The head where nothing could be followed; None where no face is found."""

@@ -108,13 +108,19 @@ def test_a_face_that_comes_back_elsewhere_is_found_by_its_lips(clara, motion, mo
     left, right = (seen_at([0, 0, 0], [x, 10, 1300]) for x in (-200, 200))
     monkeypatch.setattr(KnownHead, "align", lambda _self, _image, _pose: left)
     pictures = [picture_of(clara.head, pose, camera) for pose in (left, right)]
-    shown = [pictures[0], np.full_like(pictures[0], 90), pictures[1]]
+    blank = np.full_like(pictures[0], 90)
+    shown = [pictures[0], blank, pictures[1]]
     wide = replace(motion, camera=camera, colours=colours_of(clara, left, camera))
     plain = replace(wide, colours=None)
     assert [p is None for _, p in followed(plain, shown)] == [False, True, True]
     poses = [p for _, p in followed(wide, shown)]
     assert [p is None for p in poses] == [False, True, False]
     np.testing.assert_allclose(poses[2].translation, right.translation, atol=20)
+
+    twice = [*shown, pictures[1], blank, pictures[0]]
+    poses = [p for _, p in followed(wide, twice)]
+    assert [p is None for p in poses] == [False, True, False, False, True, False]
+    np.testing.assert_allclose(poses[5].translation, left.translation, atol=20)
 
 
 @pytest.mark.parametrize(
