@@ -275,7 +275,9 @@ def short(film, tmp_path, monkeypatch):
         return 2
 
     def run():
-        monkeypatch.setattr(session_module, "learned", lambda *_: SimpleNamespace(setting=None))
+        setting = SimpleNamespace(warnings=("the head does not match",))
+        made = SimpleNamespace(setting=setting, remarks="2 faces\nthe head does not match")
+        monkeypatch.setattr(session_module, "learned", lambda *_: made)
         monkeypatch.setattr(session_module, "follow", two)
         monkeypatch.setattr("abs_engine.live.keeper.Keeper", Kept)
         monkeypatch.setattr("abs_engine.live.board.Board.begin", lambda *_: None)
@@ -291,6 +293,14 @@ def test_a_run_is_kept_where_stderr_is_gone(short, tmp_path, monkeypatch, capsys
     assert (status, facts["end"]) == (0, "stopped")
     assert len(capsys.readouterr().out.splitlines()) == 2
     assert (tmp_path / "run" / "settings.toml").is_file()
+
+
+def test_what_is_to_be_known_of_the_face_is_said_before_it_is_tracked(short, capsys):
+    short()
+    said = capsys.readouterr().err.splitlines()
+    at = said.index("2 faces")
+    assert said[at + 1] == "warning: the head does not match"
+    assert said[at + 2].startswith("tracking started; ")
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EIO])

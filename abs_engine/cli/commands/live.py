@@ -90,6 +90,7 @@ def live(chosen: Chosen) -> Done:
     from abs_engine.live.server import served
     from abs_engine.live.session import ending, follow, learned
     from abs_engine.tracking.option_checks import check_options
+    from abs_engine.tracking.run import remark_lines
 
     options = _checked(chosen)
     link = None if chosen.live_link is None else reached(chosen.live_link)
@@ -112,6 +113,8 @@ def live(chosen: Chosen) -> Done:
             board.stage(stage)
 
         tracker = learned(feed, reader, renderer, options, seconds, tell)
+        if tracker.remarks:
+            progress.remark(remark_lines(tracker))
         board.begin(tracker.setting)
         passed = counted(reader.count, "frame")
         progress.remark(f"tracking started; {passed} passed during preparation")
