@@ -22,6 +22,7 @@ from abs_engine.tracking.detection.face_detection import (
     faces_beside,
     faces_turned,
 )
+from abs_engine.tracking.detection.face_looks import FaceLooks
 from abs_engine.tracking.detection.initial_pose import FaceBox
 from abs_engine.tracking.detection.landmarks import Landmarks, landmarks_again, landmarks_of
 from abs_engine.tracking.detection.shot_cuts import ShotCuts, anew_line, cut_line
@@ -117,6 +118,7 @@ class FaceFollower:
     """Finds one face in frame after frame, by where its landmarks were last.
 
     After a cut of the film it may be anywhere at once, unless a user has chosen among several.
+    While somebody passes before it, it is lost; elsewhere it is known by its look.
 
     Parameters
     ----------
@@ -150,7 +152,7 @@ class FaceFollower:
         self._last: Landmarks | None = None
         self._lost = self._count = self._steady = 0
         self._anywhere = self.cut = False
-        self._shots = ShotCuts()
+        self._shots, self._looks = ShotCuts(), FaceLooks()
         self.cuts: list[int] = []
         self.anew: list[int] = []
         self.found: list[Landmarks | None] = []
@@ -162,11 +164,16 @@ class FaceFollower:
         self.cuts += [self._count] if self.cut else []
         if self.cut and self._choice == LARGEST:
             self._anywhere, self._steady = True, 0
+        if self.cut:
+            self._looks.forget_others()
         again = self._count < len(self._known)
         found = self._known[self._count] if again else self._next(image)
-        if not self.cut and self._elsewhere(found):
+        if not self.cut and self._perhaps_another(image, found):
             self.cut = True
             self.anew.append(self._count)
+            self._looks.forget_others()
+        if found is not None:
+            self._looks.step(image, found, look=self._count % DETECTION.looks_every == 0)
         self._count += 1
         if len(self.found) < DETECTION.faces_kept:
             self.found.append(found)
@@ -183,10 +190,11 @@ class FaceFollower:
             self.faces = faces or self.faces
             return found
         found = landmarks_again(image, last) if self._lost == 0 and not self.cut else None
+        found = self._own(image, found)
         if found is not None and found.unlike < DETECTION.doubtful:
             return found
         caught = self._again(image, last)
-        seen = [m for m in (_believed(found), caught) if m is not None]
+        seen = [m for m in (found, caught) if m is not None]
         return min(seen, key=lambda m: m.unlike, default=None)
 
     def remarks(self) -> str:
@@ -196,23 +204,35 @@ class FaceFollower:
         return "\n".join(several + shots + ([anew_line(self.anew)] if self.anew else []))
 
     def _again(self, image: Image, last: Landmarks) -> Landmarks | None:
-        """The face near where it was; after a cut, or a while without it, else the largest one."""
+        """The face near where it was, or the same elsewhere; in time, or after a cut, any one."""
         any_face = self._anywhere or self._lost > DETECTION.patience
         faces = by_size(faces_any_way_up(image) if any_face else faces_turned(image, last.quarters))
         near = self._near(faces, last)
-        others = [face for face in faces if all(face is not one for one in near)]
-        for face in [*near, *others] if any_face else near:
-            found = _believed(landmarks_of(image, face))
-            if found is not None:
+        elsewhere = any_face or self._lost >= DETECTION.settled
+        others = [face for face in faces if face not in near] if elsewhere else []
+        for face in [*near, *others]:
+            found = self._own(image, landmarks_of(image, face))
+            if found is None:
+                continue
+            if any_face or face in near or self._looks.same(image, found):
                 return found
         return None
 
-    def _elsewhere(self, found: Landmarks | None) -> bool:
+    def _own(self, image: Image, seen: Landmarks | None) -> Landmarks | None:
+        """The landmarks, if they are believed, and not those of a face nearby."""
+        found = _believed(seen)
+        if found is None or self._lost > DETECTION.patience:
+            return found
+        return None if self._looks.of_another(image, found) else found
+
+    def _perhaps_another(self, image: Image, found: Landmarks | None) -> bool:
         """Whether a face that is found after a while without any may be another person's."""
         if found is None or self._last is None or self._anywhere:
             return False
-        long = self._lost > DETECTION.patience
-        return long and self._away(found.pixels.mean(axis=0), found.size, self._last) is None
+        if self._lost <= DETECTION.patience:
+            return False
+        elsewhere = self._away(found.pixels.mean(axis=0), found.size, self._last) is None
+        return elsewhere or self._looks.of_another(image, found)
 
     def _near(self, faces: Sequence[Face], last: Landmarks) -> list[Face]:
         """Those that may be the face that was last seen, the nearest first."""

@@ -109,6 +109,17 @@ def faces_about(image: NDArray[np.uint8], centre: FloatArray, size: float) -> li
     )
 
 
+def faces_at_a_glance(image: Image, centre: FloatArray, side: float) -> list[Face]:
+    """The upright faces in a square of an image about a place (2,), px: fast, and less exact."""
+    low = np.maximum(np.floor(centre - 0.5 * side), 0.0).astype(int)
+    high = np.maximum(np.ceil(centre + 0.5 * side).astype(int), low + 1)
+    little = _little(image[low[1] : high[1], low[0] : high[0]])
+    factor = little.shape[1] / (min(high[0], image.shape[1]) - low[0])
+    seen = _looked_at(little, factor * (centre + 0.5 - low), factor * side, DETECTION.sure)
+    back = [(f.centre / factor + low - 0.5, f.points / factor + low - 0.5, f) for f in seen]
+    return [replace(f, centre=at, size=f.size / factor, points=points) for at, points, f in back]
+
+
 def _in_pixels(image: NDArray[np.uint8], faces: list[Face]) -> list[Face]:
     """Faces as they are seen from near, their places counted from pixels' centres, not edges."""
     return [

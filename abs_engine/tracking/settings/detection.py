@@ -57,6 +57,21 @@ class DetectionSettings:
     settled : int, frames
         In a row with a face, after a cut, from which on it is the one that is followed: the first
         may be cut off by the picture's border. Not measured.
+    looks_every : int, frames
+        After which the followed face's look is taken, and others near it are looked for. Not
+        measured.
+    rival_reach : float, face heights
+        Within which they are: one that passes by 0.2 of them a frame is seen in time. Not measured.
+    look_side : float, px
+        Height of a face at which its colours are compared with another's. Not measured.
+    taken : float, ratio
+        Of a face's differences from the look of one nearby and from that of the followed one, below
+        which it is the one nearby. Measured on p01 to p08 of the strangers' clips: looks of one
+        person differ by 0.02 to 0.14 from one time to the next (median), those of two by 0.19 to
+        0.58.
+    same_look : float, logarithm of colours
+        Difference of two looks below which they are of one person. Measured with `taken`: looks of
+        two people differ by 0.16 at least.
     cut_cells : int, cells to a side
         Of the coarse picture by which cuts are found. Not measured.
     cut_side : int, px
@@ -153,6 +168,11 @@ class DetectionSettings:
     faces_kept: int = 500
     patience: int = 50
     settled: int = 5
+    looks_every: int = 5
+    rival_reach: float = 2.5
+    look_side: float = 24.0
+    taken: float = 0.7
+    same_look: float = 0.12
     cut_cells: int = 16
     cut_side: int = 128
     cut_dark: float = 8.0

@@ -261,3 +261,48 @@ def test_a_neighbour_close_by_is_not_taken_for_a_face_that_went():
     gone[:, 128:] = np.where(where, 100, pair[:, 128:])
     gone[:, :128] = np.where(where, pair[:, :128], 100)
     assert [follower.step(gone) for _ in range(3)] == [None] * 3
+
+
+def passing(x, kind="kofi"):
+    """Somebody's head before a person who stays, `x` pixels from the picture's left."""
+    image = np.hstack([BLANK, BLANK])[:, : 3 * SIZE[0]].copy()
+    image[:, SIZE[0] : 2 * SIZE[0]] = drawn("clara")
+    left, right = max(0, x), min(image.shape[1], x + 128)
+    if left < right:
+        image[:, left:right] = drawn(kind)[:, 96 + left - x : 96 + right - x]
+    return image
+
+
+def test_somebody_who_passes_before_the_face_does_not_take_the_follower_along():
+    follower = FaceFollower(FaceChoice())
+    there, found = follower.step(passing(-200)).pixels.mean(axis=0), []
+    for x in range(-180, 3 * SIZE[0], 20):
+        seen = follower.step(passing(x))
+        found.append(seen is not None)
+        if seen is not None:
+            assert np.linalg.norm(seen.pixels.mean(axis=0) - there) < 0.5 * seen.size
+    assert 0 < found.count(False) < 20
+    assert all(found[-10:])
+    assert (follower.anew, follower.cuts) == ([], [])
+
+
+def test_somebody_who_stays_before_the_face_is_followed_in_time_and_named():
+    follower = FaceFollower(FaceChoice())
+    for x in range(-200, SIZE[0] + 96, 20):
+        follower.step(passing(x))
+    for _ in range(DETECTION.patience + 5):
+        seen = follower.step(passing(SIZE[0] + 96))
+    assert seen is not None
+    assert len(follower.anew) == 1
+
+
+@pytest.mark.parametrize(("kind", "known"), [("clara", True), ("kofi", False)])
+def test_a_face_that_comes_back_elsewhere_is_known_by_its_look(kind, known):
+    follower, empty = FaceFollower(FaceChoice()), scene(0)
+    follower.step(empty.copy())
+    empty[:, : SIZE[0]] = empty[:, SIZE[0] :]
+    for _ in range(8):
+        assert follower.step(empty) is None
+    empty[:, SIZE[0] + 96 : SIZE[0] + 224] = drawn(kind)[:, 96:224]
+    assert (follower.step(empty) is not None) is known
+    assert (follower.anew, follower.cuts) == ([], [])
