@@ -526,7 +526,7 @@ def test_the_card_tells_what_there_is():
         command="abs-engine synth x", seed=3, engine="0.1", clips=[clip], labels=("ids", "flow")
     )
     card = card_text(record)
-    assert f"more\nthan {CLEARANCE:g} mm" in card
+    assert f"more than {CLEARANCE:g} mm" in " ".join(card.split())
     assert "`dots`" in card
     assert "| talk | clara | a\\|b | 7 | 29.97 | front, left |" in card
     assert "7 frames in 2 views" in card

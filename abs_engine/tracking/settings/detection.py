@@ -61,7 +61,7 @@ class DetectionSettings:
         After which the followed face's look is taken, and others near it are looked for. Not
         measured.
     rival_reach : float, face heights
-        Within which they are: one that passes by 0.2 of them a frame is seen in time. Not measured.
+        Within which they are: one that passes by 0.15 of them a frame is seen in time. Not measured.
     look_side : float, px
         Height of a face at which its colours are compared with another's. Not measured.
     taken : float, ratio
@@ -168,7 +168,7 @@ class DetectionSettings:
     faces_kept: int = 500
     patience: int = 50
     settled: int = 5
-    looks_every: int = 5
+    looks_every: int = 10
     rival_reach: float = 2.5
     look_side: float = 24.0
     taken: float = 0.7

@@ -41,7 +41,7 @@ class WornSettings:
         Right and down from the picture's middle, and how wide: where a mouth is looked for first,
         to see whether there is one. Not measured.
     asked : int, frames
-        In which that is done. Of four, two may be astray, as in one of p01 to p08.
+        In which that is done. Measured: of four, two are astray in one of p01 to p08.
     turned : float, probability
         Of a face in the picture turned by 180 degrees, above which it is upside down, if it is less
         upright. Chosen on close-ups cut from p01 to p08 of the strangers' clips: at most 0.04
