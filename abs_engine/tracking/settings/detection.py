@@ -61,7 +61,7 @@ class DetectionSettings:
         After which the followed face's look is taken, and others near it are looked for. Not
         measured.
     rival_reach : float, face heights
-        Within which they are: one that passes by 0.15 of them a frame is seen in time. Not measured.
+        Within which they are: who passes by 0.15 of them a frame is seen in time. Not measured.
     look_side : float, px
         Height of a face at which its colours are compared with another's. Not measured.
     taken : float, ratio
