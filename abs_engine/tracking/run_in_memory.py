@@ -72,7 +72,7 @@ class Run:
         smoothed = Smoothing.of_told(smoothing).measures(record.arrays) if smoothing else {}
         colours = path / COLOURS
         return cls(
-            record, settings, smoothed, path / str(settings.get("video_path", "")),
+            record, settings, smoothed, (path / str(settings.get("video_path", ""))).resolve(),
             ColourClasses.load(colours) if is_there(colours) else None,
         )  # fmt: skip
 
