@@ -77,7 +77,7 @@ def export_run(
     tracked = read_run(to_path("run", run), speaker, exporter.needs)
     if not tracked.frames:
         raise InputFileError(
-            f"no frame of {tracked.folder} was tracked, so that there is nothing to export",
+            "no frame of the run was tracked, so there is nothing to export",
             "look at its overlay, and track another video",
         )
     if smoothing is None:
