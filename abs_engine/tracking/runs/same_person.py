@@ -49,7 +49,7 @@ def doubt_same(recordings: Sequence[Recording], speaker: Speaker) -> tuple[int, 
 
 
 def _beyond(
-    recordings: Sequence[Recording], speaker: Speaker, limits: tuple[float, ...]
+    recordings: Sequence[Recording], speaker: Speaker, limits: tuple[float, float]
 ) -> tuple[int, float] | None:
     """The recording whose head lies farthest beyond two limits, and how far off, mm; or none.
 

@@ -189,11 +189,11 @@ class FrameSettings:
     most_elsewhere : float, share of the frames looked at that show a face
         Above which a run warns. Not measured.
     most_speaker_misfit : float, standard deviations
-        Of landmarks from the head of a speaker's face, above which a run warns: median of frames in
-        the first second. Chosen with two faces, each of three clips of GRID's s1: in 40 clips of s1
-        it is 0.50 to 1.10, in p01 to p08 of the strangers 2.01 to 3.89. Measured on p09 to p16, 2.3
-        and more, and on seven other speakers of GRID, 1.42 to 2.83: with one of the two faces, one
-        of them is not noticed.
+        Of landmarks from the head of a speaker's face, above which a run warns, and looks are
+        learned from the clip: median of frames in the first second. Chosen with two faces, each of
+        three clips of GRID's s1: in 40 clips of s1 it is 0.50 to 1.10, in p01 to p08 of the
+        strangers 2.01 to 3.89. Measured on p09 to p16, 2.3 and more, and on seven other speakers of
+        GRID, 1.42 to 2.83: with one of the two faces, one of them is not noticed.
     landmark_unsure : float, mm
         Standard deviation of an aperture by landmarks. Not measured.
     landmark_share : float, share of the aperture
@@ -299,8 +299,8 @@ class FrameSettings:
     fewest: int = 10
     speaker_open: float = 5.0
     speaker_closed: float = 1.5
-    same_speaker: tuple[float, ...] = (2.3, 4.5)
-    doubted_speaker: tuple[float, ...] = (1.2, 2.2)
+    same_speaker: tuple[float, float] = (2.3, 4.5)
+    doubted_speaker: tuple[float, float] = (1.2, 2.2)
 
 
 FRAME_LOOP = FrameSettings()

@@ -1,4 +1,4 @@
-"""A speaker's face in a clip where it looks otherwise than in the recordings it was learned from.
+"""A speaker's face in a clip where it looks different from the recordings it was learned from.
 
 In another light, by another camera or with another expression, the colours, the texture and the
 landmark network's bias of the recordings are not those of the clip. The head and its postures are.
@@ -32,8 +32,8 @@ from abs_engine.tracking.speaker.speaker_face import SpeakerFace
 from abs_engine.tracking.start.person_fit import FittedPerson, fit_person
 
 ANEW = (
-    "the face looks otherwise here than in its recordings, by light or expression: its "
-    "colours, its texture and where landmarks lie on it are learned from this clip"
+    "the face looks different here from its recordings, by light or expression: its looks, and "
+    "where landmarks lie on it, are learned from this clip"
 )
 
 
@@ -47,7 +47,7 @@ def looks_alike(face: SpeakerFace, seen: Sequence[Sighted], misfit: float) -> bo
     return same and misfit < FRAME_LOOP.most_speaker_misfit
 
 
-def in_clip_s_looks(
+def with_looks_of_clip(
     clip: Clip,
     choice: FaceChoice,
     face: SpeakerFace,

@@ -29,9 +29,9 @@ from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker.clip_looks import (
     ANEW,
-    in_clip_s_looks,
     known_head,
     looks_alike,
+    with_looks_of_clip,
 )
 from abs_engine.tracking.speaker.speaker_face import SpeakerFace, has_looks, load_speaker_face
 from abs_engine.tracking.speaker.speaker_looks import compared, looking
@@ -41,7 +41,9 @@ from abs_engine.tracking.start.person_fit import FittedPerson
 def prepare_speaker(
     clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell
 ) -> ClipTracker:
-    """Make a clip ready for the face of its speaker: only the face has to be found.
+    """Make a clip ready for the face of its speaker, which has to be found.
+
+    Its looks are learned from the clip where they are not those of its recordings.
 
     Raises
     ------
@@ -138,7 +140,7 @@ class SpeakerClip:
         anew = None
         if tell is not None and looks is None and not looks_alike(self.face, seen, off):
             head = known_head(face, fitted.textured, self.speaker)
-            anew = in_clip_s_looks(clip, self.choice, face, head, renderer, tell)
+            anew = with_looks_of_clip(clip, self.choice, face, head, renderer, tell)
         fitted = anew or fitted
         own = fitted.face
         if looks is not None:
@@ -153,8 +155,10 @@ class SpeakerClip:
         else:
             hint = FACE_COLOURS if looks is None else FACE_LOOKS
             known = face.light is self.face.light
-            facts |= {"colours": "the face's"} if known else {}
-            remarks += () if known else (UNCOVERED,)
+            if known:
+                facts["colours"] = "the face's"
+            else:
+                remarks.append(UNCOVERED)
         setting = replace(made, warnings=warned, hint=hint)
         said = "\n".join([*remarks, *warned])
         return ClipTracker(clip.video, clip.info, setting, face.scale, said, facts)
@@ -215,4 +219,4 @@ SPEAKER = Model(
     without=("physics", "person", "poses", "pupil_distance"),
     check=check_speaker_face,
 )
-"""Found from landmarks, as a stranger is; nothing is learned of the clip."""
+"""Found from landmarks, as a stranger is; of the clip, its looks are learned if they are others."""
