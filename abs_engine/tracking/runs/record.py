@@ -28,7 +28,7 @@ from abs_engine.io.csv_table import read_table
 from abs_engine.io.inputs import is_there, read_json
 from abs_engine.io.npz import read_npz
 from abs_engine.tracking.results.frame_rows import BELIEVED, LANDMARK_MEASURES, MEASURES
-from abs_engine.tracking.results.measures import NAMES, Closure, closures
+from abs_engine.tracking.results.measures import NAMES, Closure, closures, cuts
 from abs_engine.tracking.results.run_mesh import RunMesh, load_mesh, load_mesh_of
 from abs_engine.tracking.results.run_table import (
     LESS,
@@ -200,8 +200,7 @@ def load_record(folder: Path) -> Record:
     points = table.numbers(at, gaps=True)
     if not frames == len(mesh) == len(points):
         raise ModelFormatError(f"files of {folder} are of different runs", _AGAIN)
-    cut = arrays.get("cut", np.zeros(frames, np.bool_))
-    found = closures(arrays["aperture"], arrays["time"], cut)
+    found = closures(arrays["aperture"], arrays["time"], cuts(arrays))
     made = {name: told.get(name) for name in ("engine_version", "commit", "dirty")}
     return Record(arrays, points.reshape(frames, -1, 3), mesh, found, told["summary"], made)
 
