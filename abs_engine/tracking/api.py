@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import fields
+from dataclasses import fields, replace
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -97,7 +97,7 @@ def track(
         try:
             track_video(path, folder, drawn, chosen, progress, stage=stage, recorded=keep)
         except SameOutputError:
-            return Run.load(folder)
+            return replace(Run.load(folder), video=path.resolve())  # it may have been moved
         return collected[0]
 
 

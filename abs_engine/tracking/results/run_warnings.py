@@ -55,7 +55,7 @@ FACE_COLOURS = (
 )
 FACE_LOOKS = (
     "how the face looks comes from the recordings that it was learned from; in another light, use "
-    "--terms colour, with --colours from a run in that light"
+    "--terms colour, whose colours are then learned from the clip"
 )
 UNCOVERED = (
     "in the light of --colours it is not known how this mouth usually looks: none counts as covered"

@@ -88,8 +88,8 @@ class Smoothing:
     @classmethod
     def of_told(cls, told: Mapping[str, Any]) -> Smoothing:
         """The filter whose settings these are."""
-        name, amount, *_ = told.values()
-        return cls.named(f"{name}:{amount}")
+        amount = told["cutoff_hz" if told["filter"] == BUTTERWORTH else "window_frames"]
+        return cls.named(f"{told['filter']}:{amount}")
 
     def check(self, rate: float, times: FloatArray) -> None:
         """Raise `ParameterError` where it cannot be used, for frames (T,) shown at `times`, s."""

@@ -53,7 +53,8 @@ class StillFace:
 
     def warnings(self) -> list[str]:
         """That of a face which never changes, if it was seen for long enough to move."""
-        if self._frames < FRAME_LOOP.still_seconds * self._setting.rate:
+        least = max(FRAME_LOOP.still_frames, FRAME_LOOP.still_seconds * self._setting.rate)
+        if self._frames < least:
             return []
         changes = np.sort(self._most - self._least, axis=None)
         most = float(changes[-FRAME_LOOP.still_changed :].mean())

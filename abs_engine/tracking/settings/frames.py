@@ -183,6 +183,8 @@ class FrameSettings:
         Below which these change in a still picture. Measured: up to 0.06 over 100 frames of nine
         stills with noise of 6 levels; at least 0.18 over any 40 frames of strangers' and GRID's
         clips.
+    still_frames : int, frames
+        That a face must be seen in at least, at any rate. Not measured.
     still_seconds : float, s
         That a face must be seen for, as people may rest. Measured: ten frames of them change by as
         little as 0.02.
@@ -287,6 +289,7 @@ class FrameSettings:
     still_cells: int = 16
     still_changed: int = 8
     still_change: float = 0.08
+    still_frames: int = 10
     still_seconds: float = 2.0
     most_elsewhere: float = 0.5
     most_speaker_misfit: float = 1.5
