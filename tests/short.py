@@ -56,7 +56,7 @@ def first_figure(figure: Figure, kind: str = "png") -> bytes:
 @contextmanager
 def short() -> Iterator[None]:
     """Few frames are learned from, and what is repeated is done once."""
-    learning = replace(LEARNING, least_frames=FEW, own_frames=FEW)
+    learning = replace(LEARNING, least_frames=FEW)
     with hurried(frames=2, rounds=1), pytest.MonkeyPatch.context() as patch:
         for module in (posture_space, speaker_learning):
             patch.setattr(module, "LEARNING", learning)

@@ -92,8 +92,6 @@ class LearningSettings:
     most_seen : int, postures
         That are kept. Not measured.
     least_frames : int, frames
-        That postures are learned from. Not measured.
-    own_frames : int, frames
         That a speaker's own postures are learned from; of fewer, anybody's are kept. Five sentences
         of GRID's s1, that are enough, have 300, of which some are doubted. Chosen on halves of p02,
         p04, p05 and p07 of the strangers: of the 40 to 48 frames in the first, own postures explain
@@ -221,8 +219,7 @@ class LearningSettings:
     beyond: float = 2.0
     sudden: float = 2.7
     most_seen: int = 300
-    least_frames: int = 40
-    own_frames: int = 200
+    least_frames: int = 200
     spacing: float = 4.0
     coarse: float = 0.4
     finest: float = 1.0

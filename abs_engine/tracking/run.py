@@ -107,8 +107,7 @@ def prepare_clip(clip: Clip, renderer: Renderer, options: TrackOptions, tell: Te
             remarks.append(OTHER_COLOURS.format("without" if classes.chromatic else "with"))
         else:
             setting = replace(setting, hint=GIVEN_COLOURS)
-    made = replace(made, setting=setting, remarks="\n".join(remarks))
-    return replace(made, facts={**facts, **made.facts})
+    return replace(made, setting=setting, facts={**facts, **made.facts}, remarks="\n".join(remarks))
 
 
 def silent(_stage: str) -> None:

@@ -23,7 +23,7 @@ def expression():
 @pytest.fixture(scope="module")
 def postures(expression):
     """Two clips that move slowly in two ways, with some noise in every mode."""
-    rng, time = np.random.default_rng(0), np.arange(80)[:, None]
+    rng, time = np.random.default_rng(0), np.arange(120)[:, None]
     moved = np.zeros((len(expression.modes), 2))
     moved[0, 0] = moved[1, 1] = 1.0
     smooth = np.sin(time * [0.3, 0.17] + [0, 1]) @ moved.T
@@ -41,8 +41,8 @@ def test_what_moves_is_kept_and_noise_is_named(expression, postures):
 
 def test_fast_speech_is_no_noise(expression, postures):
     """A mouth that opens and shuts in two frames, and rests in between."""
-    time = np.arange(80)
-    fast = np.zeros((80, len(expression.modes)))
+    time = np.arange(120)
+    fast = np.zeros((120, len(expression.modes)))
     fast[:, 0] = 3.0 * ((time % 4 == 1) & (time % 20 < 12))
     clips = [clip + fast for clip in postures]
     space = learn_postures(expression, choose_points(load_speaker()), clips)
@@ -86,11 +86,11 @@ def test_generators_have_the_same_weights_by_either_modes(expression, postures):
 
 
 def test_frames_that_are_not_to_be_learned_from_do_not_count(expression, postures):
-    gaps = [np.where(np.arange(80)[:, None] % 10 < 9, clip, np.nan) for clip in postures]
+    gaps = [np.where(np.arange(120)[:, None] % 10 < 9, clip, np.nan) for clip in postures]
     space = learn_postures(expression, choose_points(load_speaker()), gaps)
     assert np.isfinite(space.expression.modes).all()
     assert np.isfinite(space.steps).all()
-    assert len(space.seen) == 144
+    assert len(space.seen) == 216
 
 
 def test_steps_are_of_40_ms_at_any_frame_rate(expression):
@@ -113,7 +113,8 @@ def test_steps_are_of_40_ms_at_any_frame_rate(expression):
     space = learn_postures(expression, choose_points(load_speaker()), [said(25.0)])
     np.testing.assert_array_equal(space.steps[:2], usual)
     alone = np.where(np.arange(200)[:, None] % 2, np.nan, said(25.0))
-    assert np.isnan(learn_postures(expression, choose_points(load_speaker()), [alone]).steps).all()
+    twice = [alone, alone]
+    assert np.isnan(learn_postures(expression, choose_points(load_speaker()), twice).steps).all()
 
 
 def test_a_frame_rate_just_above_25_is_no_longer_step(expression):

@@ -300,8 +300,8 @@ def test_the_call_of_a_whole_run_reads_it(video, written):
     ("name", "content", "said"),
     [
         ("results.csv", "index,time\n0,0.0\n", "results.csv lacks the columns lip48_x"),
-        ("run.json", "[]", "run.json has no summary"),
-        ("run.json", "{", "run.json cannot be read"),
+        ("run.json", "[]", "run.json states no summary"),
+        ("run.json", "{", "run.json states no summary"),
     ],
 )
 def test_a_run_whose_files_are_damaged_is_not_loaded(written, tmp_path, name, content, said):

@@ -143,7 +143,8 @@ def track(chosen: Chosen) -> Done:
     info = probe(video)  # says what is wrong before anything slow is loaded
 
     from abs_engine.core.threads import begin
-    from abs_engine.tracking.detection.face_choice import FaceChoice, first_look
+    from abs_engine.tracking.detection.face_choice import FaceChoice
+    from abs_engine.tracking.detection.first_look import first_look
     from abs_engine.tracking.start import beforehand
 
     usual = chosen.model is None and chosen.preset is None and chosen.start != "blobs"

@@ -85,9 +85,10 @@ class LandmarkFollower:
         self._last = None if seen is None else self._placed(image, seen, last, given, gap)
         if seen is None or self._last is None:
             return HeadFrame(image, given, cut=cut)
-        lit = None if motion.light is None else motion.light.balanced(image, seen)
-        face = SeenFace(seen, self._last)
-        white = motion.light is not None and motion.light.too_bright(image, seen)
+        lit, white, face = None, False, SeenFace(seen, self._last)
+        if motion.light is not None:
+            lit = motion.light.balanced(image, seen)
+            white = lit is not image and motion.light.too_bright(image, seen)
         frame = HeadFrame(image, self._last.pose, face, balanced=lit, cut=cut, bright=white)
         if not is_grey(image, seen.pixels, motion.grey_below):
             return frame

@@ -25,9 +25,9 @@ from abs_engine.tracking.detection.face_choice import (
     FaceChoice,
     FaceFollower,
     by_size,
-    follower_of,
 )
 from abs_engine.tracking.detection.face_detection import faces_any_way_up
+from abs_engine.tracking.detection.first_look import follower_of
 from abs_engine.tracking.detection.initial_pose import FaceBox
 from abs_engine.tracking.detection.landmarks import Landmarks
 from abs_engine.tracking.frame.clip_setting import NO_FACE, NO_POSE, ClipSetting

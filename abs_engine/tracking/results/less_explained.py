@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.fit.settings import BELIEF
 from abs_engine.io.assets import CLOSED_APERTURE
-from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.settings.doubts import DOUBTS
 
 PARTLY = (
     "in {} of {} tracked frames, between frames {} and {}, the drawn mouth explains less of the "
@@ -33,14 +33,14 @@ def shortfall(score: FloatArray) -> FloatArray:
     The score is a share of the picture, NaN where it is not known: such frames fall short by 0.
     """
     known = np.isfinite(score)
-    enough = known.sum() >= FRAME_LOOP.fewest
+    enough = known.sum() >= DOUBTS.fewest
     usual = float(np.median(score[known])) if enough else 0.0
     return np.where(known, np.maximum(usual - score, 0.0), 0.0)
 
 
 def less_explained(short: FloatArray) -> BoolArray:
     """Whether frames (T,) fall so short that their apertures are doubtful."""
-    return np.asarray(short > FRAME_LOOP.less_explained)
+    return np.asarray(short > DOUBTS.less_explained)
 
 
 def doubted(beliefs: Mapping[str, NDArray[Any]], short: FloatArray) -> dict[str, FloatArray]:
@@ -65,7 +65,7 @@ def partly_explained(less: BoolArray, index: IntArray) -> list[str]:
 
     `less` (N,) says which of them, `index` (N,) their numbers in the video.
     """
-    if not less.any() or less.mean() <= FRAME_LOOP.most_less_explained:
+    if not less.any() or less.mean() <= DOUBTS.most_less_explained:
         return []
     first, last = index[less][[0, -1]]
     return [PARTLY.format(int(less.sum()), len(less), first, last)]

@@ -18,7 +18,7 @@ from abs_engine.tracking.detection.face_choice import faces_seen
 from abs_engine.tracking.detection.landmarks import OUTER_RING, Landmarks
 from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.results.run_table import closed_frames
-from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.settings.doubts import DOUBTS
 
 ELSEWHERE = (
     "in {} of {} in which a landmark network sees the mouth, it is drawn {}: look at the overlay; "
@@ -51,7 +51,7 @@ class MouthCheck:
         self._placed = setting.landmarks is not None
         asked = setting.learned_lips or not self._placed
         self._asked = asked and OPENING not in setting.face.appearance
-        self._next, self._step = 0, max(1, round(FRAME_LOOP.look_apart * setting.rate))
+        self._next, self._step = 0, max(1, round(DOUBTS.look_apart * setting.rate))
         self._elsewhere: list[bool] = []
         self._apertures: list[float] = []
         self._openness: list[tuple[float, ...]] = []  # of each face that is seen
@@ -67,7 +67,7 @@ class MouthCheck:
         seen = [marks for _, marks in faces_seen(image)]
         self._apertures.append(result.aperture)
         self._openness.append(tuple(one.openness for one in seen))
-        if len(self._openness) % FRAME_LOOP.looks == 0:  # a long clip is looked at less often
+        if len(self._openness) % DOUBTS.looks == 0:  # a long clip is looked at less often
             self._step *= 2
         if seen and not self._placed:
             drawn = setting.camera.project(pose.apply(result.lips[: setting.face.ring_sizes[0]]))
@@ -78,7 +78,7 @@ class MouthCheck:
         apertures = np.array(self._apertures)
         least = np.array([min(one, default=np.nan) for one in self._openness])
         closed = closed_frames(apertures)
-        shut = int((closed & (least > FRAME_LOOP.parted)).sum())
+        shut = int((closed & (least > DOUBTS.parted)).sum())
         if self._placed:
             seen, looks = int((closed & np.isfinite(least)).sum()), int(closed.sum())
             said = never_open(shut, seen, looks)
@@ -99,8 +99,8 @@ def _elsewhere(drawn: FloatArray, seen: Landmarks) -> bool:
     face = float(np.ptp(seen.pixels @ seen.axes[1]))
     away = float(np.linalg.norm(low + high - least - most)) / 2
     across = float(np.linalg.norm(high - low) / np.linalg.norm(most - least))
-    narrow, wide = FRAME_LOOP.mouth_sizes
-    return away > FRAME_LOOP.mouth_away * face or not narrow < across < wide
+    narrow, wide = DOUBTS.mouth_sizes
+    return away > DOUBTS.mouth_away * face or not narrow < across < wide
 
 
 def mouth_otherwise(elsewhere: int, shut: int, seen: int, looked_at: int) -> list[str]:
@@ -112,7 +112,7 @@ def mouth_otherwise(elsewhere: int, shut: int, seen: int, looked_at: int) -> lis
     if 2 * seen < looked_at:
         return []
     frames, told = counted(seen, "frame"), []
-    if elsewhere > FRAME_LOOP.most_elsewhere * seen:
+    if elsewhere > DOUBTS.most_elsewhere * seen:
         told.append(ELSEWHERE.format(elsewhere, frames, "elsewhere"))
     if _many(shut, seen):
         told.append(ELSEWHERE.format(shut, frames, "closed, and seen open"))
@@ -135,14 +135,14 @@ def hardly_moves(apertures: FloatArray, openness: FloatArray) -> list[str]:
 
     Both are of the same frames (N,): apertures as drawn, mm, and `Landmarks.openness`.
     """
-    if len(openness) < FRAME_LOOP.fewest_looks or openness.std() < FRAME_LOOP.openness_varies:
+    if len(openness) < DOUBTS.fewest_looks or openness.std() < DOUBTS.openness_varies:
         return []
-    moved, seen = float(apertures.std()), FRAME_LOOP.openness_mm * float(openness.std())
-    if moved > FRAME_LOOP.least_following * seen:
+    moved, seen = float(apertures.std()), DOUBTS.openness_mm * float(openness.std())
+    if moved > DOUBTS.least_following * seen:
         return []
     return [HARDLY_MOVES.format(counted(len(openness), "frame"), moved, seen)]
 
 
 def _many(shut: int, seen: int) -> bool:
     """Whether so many frames, of those in which a face is seen, are no chance."""
-    return shut > max(1.0, FRAME_LOOP.most_contradicted * seen)
+    return shut > max(1.0, DOUBTS.most_contradicted * seen)

@@ -11,13 +11,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from abs_engine.core.arrays import Image
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.geometry import Pose
 from abs_engine.core.words import counted
 from abs_engine.tracking.detection.face_choice import by_size
 from abs_engine.tracking.detection.face_detection import Face, find_faces
 from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.settings.doubts import DOUBTS
 
 LARGER = (
     "a larger face than the one that is followed is seen in {} of {} that were looked at, first in "
@@ -56,11 +56,21 @@ class Sightings:
 
     def warnings(self, text: str) -> list[str]:
         """The text about the first such face, if several looks show one, for enough frames."""
-        least = FRAME_LOOP.most_others * sum(self.looks)
+        least = DOUBTS.most_others * sum(self.looks)
         if self.first is None or len(self.with_face) < 2 or sum(self.with_face) < least:
             return []
         (index, face), frames = self.first, counted(len(self.looks), "frame")
         return [text.format(len(self.with_face), frames, index, *face.centre, face.size)]
+
+
+def face_at(setting: ClipSetting, pose: Pose) -> tuple[FloatArray, float]:
+    """Place of the mouth (2,) of a face at a pose, and the side of its square, px.
+
+    The square is that in which the detector would see it.
+    """
+    mouth = setting.camera.project(pose.apply(setting.face.border)).mean(axis=0)
+    depth = float(pose.apply(setting.face.pivot)[2])
+    return mouth, DOUBTS.face_square * float(setting.camera.matrix[0, 0]) / depth
 
 
 class OtherFaces:
@@ -74,7 +84,7 @@ class OtherFaces:
 
     def __init__(self, setting: ClipSetting) -> None:
         self._setting = setting
-        self._next, self._step = 0, max(1, round(FRAME_LOOP.look_apart * setting.rate))
+        self._next, self._step = 0, max(1, round(DOUBTS.look_apart * setting.rate))
         self._looks = 0
         self._seen, self._unseen = Sightings(), Sightings()
 
@@ -83,7 +93,7 @@ class OtherFaces:
         if not self._setting.others or result.index < self._next:
             return
         self._looks += 1
-        if self._looks % FRAME_LOOP.looks == 0:  # a long clip is looked at less often
+        if self._looks % DOUBTS.looks == 0:  # a long clip is looked at less often
             self._step *= 2
         self._next = result.index + self._step
         faces = by_size(find_faces(image, in_parts=False))
@@ -94,11 +104,8 @@ class OtherFaces:
 
     def _larger(self, faces: list[Face], pose: Pose) -> list[Face]:
         """Those that are larger than the face at a pose, and another."""
-        setting = self._setting
-        mouth = setting.camera.project(pose.apply(setting.face.border)).mean(axis=0)
-        depth = float(pose.apply(setting.face.pivot)[2])
-        pixels = float(setting.camera.matrix[0, 0]) / depth  # of a mm
-        least = FRAME_LOOP.larger_face * FRAME_LOOP.face_square * pixels
+        mouth, side = face_at(self._setting, pose)
+        least = DOUBTS.larger_face * side
         return [
             face for face in faces
             if face.size > least and np.linalg.norm(face.mouth - mouth) > 0.5 * face.size

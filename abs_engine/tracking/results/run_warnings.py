@@ -16,7 +16,7 @@ from abs_engine.face.appearance.colour import shows_lips
 from abs_engine.face.appearance.exposure import USUAL, Exposure
 from abs_engine.tracking.frame.blob_visibility import COVERED
 from abs_engine.tracking.frame.clip_setting import GREY
-from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.settings.doubts import DOUBTS
 
 NO_COLOUR = (
     "the video has no colour, so skin, lips and teeth are distinguished by brightness alone; "
@@ -105,7 +105,7 @@ def other_head(misfit: float) -> tuple[str, ...]:
 
     The misfit, in standard deviations, is that of landmarks from its head: see `speakers.misfit`.
     """
-    most = FRAME_LOOP.most_speaker_misfit
+    most = DOUBTS.most_speaker_misfit
     return (OTHER_HEAD.format(misfit, most),) if misfit > most else ()
 
 
@@ -119,7 +119,7 @@ def stretched(wider: float) -> tuple[str, ...]:
 
     It is so many times as wide for its height as the usual one; NaN where that is not known.
     """
-    narrowest, widest = FRAME_LOOP.face_proportions
+    narrowest, widest = DOUBTS.face_proportions
     if wider < narrowest:
         return (STRETCHED.format("narrower"),)
     return (STRETCHED.format("wider"),) if wider > widest else ()
@@ -133,7 +133,7 @@ def reasons_lost(found: NDArray[np.bool_], status: NDArray[np.str_]) -> dict[str
 def mostly_lost(found: NDArray[np.bool_], status: NDArray[np.str_]) -> list[str]:
     """Warning that most frames (T,) were lost, and why, the commonest reason first."""
     lost = len(found) - int(found.sum())
-    if lost <= FRAME_LOOP.most_lost * len(found):
+    if lost <= DOUBTS.most_lost * len(found):
         return []
     why = each_counted(reasons_lost(found, status))
     many = (
@@ -152,12 +152,12 @@ def little_explained(source: str, score: float | None) -> list[str]:
     """
     if score is None:
         return []
-    if source in ("colour", "talking: colour") and score < FRAME_LOOP.least_score:
+    if source in ("colour", "talking: colour") and score < DOUBTS.least_score:
         return [LITTLE.format(score)]
-    if source in ("texture", "local") and score < FRAME_LOOP.least_face_score:
+    if source in ("texture", "local") and score < DOUBTS.least_face_score:
         return [OTHERS.format(score)]
     talking = source in ("talking: texture", "talking: local")
-    if talking and score < FRAME_LOOP.least_talking_score:
+    if talking and score < DOUBTS.least_talking_score:
         return [OTHER_TALKER.format(score)]
     return []
 
@@ -170,7 +170,7 @@ def unlike_shots(
     All are of frames (T,); `cut` says which of them begin another shot, `index` their numbers.
     """
     ends = [0, *np.flatnonzero(cut).tolist(), len(found)]
-    shots = [slice(a, b) for a, b in pairwise(ends) if b - a >= FRAME_LOOP.fewest]
+    shots = [slice(a, b) for a, b in pairwise(ends) if b - a >= DOUBTS.fewest]
     gone = [s for s in shots if found.any() and not found[s].any()]
     unlike = [s for s in gone if 2 * (status[s] == COVERED).sum() > s.stop - s.start]
     return [UNLIKE_SHOT.format(*index[s][[0, -1]]) for s in unlike]
@@ -178,7 +178,7 @@ def unlike_shots(
 
 def all_closed(closed: NDArray[np.bool_], time: NDArray[np.float64]) -> list[str]:
     """Warning that lips are closed in every tracked frame (N,) of some seconds, if they are."""
-    if not (len(closed) and closed.all() and np.ptp(time) > FRAME_LOOP.longest_closed):
+    if not (len(closed) and closed.all() and np.ptp(time) > DOUBTS.longest_closed):
         return []
     return [ALL_CLOSED.format(counted(len(closed), "frame"))]
 
@@ -204,9 +204,9 @@ def small_mouth(width: float) -> list[str]:
 
     The width, px, is that of the median frame; NaN without any.
     """
-    if not width < FRAME_LOOP.least_mouth:
+    if not width < DOUBTS.least_mouth:
         return []
-    return [SMALL_MOUTH.format(f"{width:.1f} pixels", FRAME_LOOP.least_mouth)]
+    return [SMALL_MOUTH.format(f"{width:.1f} pixels", DOUBTS.least_mouth)]
 
 
 def close_up(pixel: float, size: tuple[int, int]) -> list[str]:
@@ -214,9 +214,9 @@ def close_up(pixel: float, size: tuple[int, int]) -> list[str]:
 
     `pixel` is how many mm one covers of the face in the median frame; NaN without any.
     """
-    high, (width, height) = FRAME_LOOP.face_height / pixel, size
-    share = max(high / height, FRAME_LOOP.face_width * high / width)
-    return [CLOSE_UP] if share > FRAME_LOOP.most_face else []
+    high, (width, height) = DOUBTS.face_height / pixel, size
+    share = max(high / height, DOUBTS.face_width * high / width)
+    return [CLOSE_UP] if share > DOUBTS.most_face else []
 
 
 def disagreement(aperture: float, deviation: float, by_landmarks: float) -> float:
@@ -225,9 +225,9 @@ def disagreement(aperture: float, deviation: float, by_landmarks: float) -> floa
     All are in mm: as found, its standard deviation, and by the landmarks alone; NaN where not
     known.
     """
-    unsure = FRAME_LOOP.landmark_unsure
+    unsure = DOUBTS.landmark_unsure
     own = unsure if math.isnan(deviation) else deviation
-    spread = math.hypot(own, unsure, FRAME_LOOP.landmark_share * by_landmarks)
+    spread = math.hypot(own, unsure, DOUBTS.landmark_share * by_landmarks)
     return abs(aperture - by_landmarks) / spread
 
 
@@ -262,22 +262,22 @@ def doubts(
     lines = [] if chromatic else [TOO_DARK if exposure.dark else NO_COLOUR]
     if exposure.burnt:
         lines.append(BURNT_OUT.format(exposure.saturated))
-    if separability and np.mean(list(separability.values())) < FRAME_LOOP.least_separability:
+    if separability and np.mean(list(separability.values())) < DOUBTS.least_separability:
         told = ", ".join(f"{k.replace('_', ' ')} {v:.0%}" for k, v in separability.items())
         lines.append((SAME_COLOUR if shows_lips(separability) else NO_LIPS).format(told))
-    if agreement < FRAME_LOOP.least_agreement and not small:
+    if agreement < DOUBTS.least_agreement and not small:
         lines.append(
             f"by colours alone the mouth opens {max(agreement, 0.0):.0%} as far as by landmarks: "
             "teeth or tongue may be taken for lips. So colours count less, and aperture_sd is "
             "larger; look at the overlay before you use it"
         )
-    if len(against) >= FRAME_LOOP.fewest and against.mean() > FRAME_LOOP.most_contradicted:
+    if len(against) >= DOUBTS.fewest and against.mean() > DOUBTS.most_contradicted:
         lines.append(
             f"in {against.mean():.0%} of the frames the mouth is open farther, or less, than "
             "landmarks say, by more than either may be off: look at the overlay before you use it"
         )
     share = float(np.mean(held)) if len(held) else 0.0
-    if share > FRAME_LOOP.most_held:
+    if share > DOUBTS.most_held:
         lines.append(
             f"in {share:.0%} of the frames what is drawn led off the lips; there landmarks alone "
             "are reported"

@@ -8,7 +8,8 @@ import numpy as np
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.results.other_faces import face_at
+from abs_engine.tracking.settings.doubts import DOUBTS
 
 STILL = (
     "the face that is followed changes in no frame, neither its mouth nor its eyes: if it is a "
@@ -27,7 +28,7 @@ class StillFace:
     def __init__(self, setting: ClipSetting) -> None:
         self._setting = setting
         self._part: tuple[slice, slice] | None = None
-        self._least = self._most = np.full((FRAME_LOOP.still_cells,) * 2, np.nan)
+        self._least = self._most = np.full((DOUBTS.still_cells,) * 2, np.nan)
         self._frames = 0
 
     def add(self, image: Image, result: FrameResult) -> None:
@@ -43,26 +44,23 @@ class StillFace:
 
     def _square(self, pose: Pose) -> tuple[slice, slice]:
         """Rows and columns of a face at a pose, as the detector would see it."""
-        setting, camera = self._setting, self._setting.camera
-        x, y = camera.project(pose.apply(setting.face.border)).mean(axis=0)
-        depth = float(pose.apply(setting.face.pivot)[2])
-        side = FRAME_LOOP.face_square * float(camera.matrix[0, 0]) / depth
-        top, left = y - FRAME_LOOP.mouth_down * side, x - 0.5 * side
+        (x, y), side = face_at(self._setting, pose)
+        top, left = y - DOUBTS.mouth_down * side, x - 0.5 * side
         rows, columns = ((max(0, round(at)), max(0, round(at + side))) for at in (top, left))
         return slice(*rows), slice(*columns)
 
     def warnings(self) -> list[str]:
         """That of a face which never changes, if it was seen for long enough to move."""
-        least = max(FRAME_LOOP.still_frames, FRAME_LOOP.still_seconds * self._setting.rate)
+        least = max(DOUBTS.still_frames, DOUBTS.still_seconds * self._setting.rate)
         if self._frames < least:
             return []
         changes = np.sort(self._most - self._least, axis=None)
-        most = float(changes[-FRAME_LOOP.still_changed :].mean())
-        return [STILL] if most < FRAME_LOOP.still_change else []
+        most = float(changes[-DOUBTS.still_changed :].mean())
+        return [STILL] if most < DOUBTS.still_change else []
 
 
 def _relative(part: Image) -> FloatArray:
     """Brightness of cells of a picture, by their mean, so that light that comes is no change."""
-    size = (FRAME_LOOP.still_cells,) * 2
+    size = (DOUBTS.still_cells,) * 2
     cells = cv2.resize(part, size, interpolation=cv2.INTER_AREA).mean(axis=2, dtype=np.float64)
     return np.asarray(cells / max(float(cells.mean()), 1.0))

@@ -192,7 +192,12 @@ def load_record(folder: Path) -> Record:
         If one has another format or version, or they do not fit together.
     """
     arrays = {k: v if v.ndim else v.item() for k, v in load_run(folder).items()}
-    mesh, told = load_mesh(folder), _told(folder)
+    mesh = load_mesh(folder)
+    try:
+        told = stated(folder)
+        summary = dict(told["summary"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputFileError(f"{folder / SUMMARY} states no summary", _AGAIN) from error
     frames = len(arrays["found"])
     at = [f"{name}_{axis}" for name in POINT_NAMES for axis in "xyz"]
     table = read_table(folder / TABLE, remedy=_AGAIN)
@@ -202,17 +207,22 @@ def load_record(folder: Path) -> Record:
         raise ModelFormatError(f"files of {folder} are of different runs", _AGAIN)
     found = closures(arrays["aperture"], arrays["time"], cuts(arrays))
     made = {name: told.get(name) for name in ("engine_version", "commit", "dirty")}
-    return Record(arrays, points.reshape(frames, -1, 3), mesh, found, told["summary"], made)
+    return Record(arrays, points.reshape(frames, -1, 3), mesh, found, summary, made)
 
 
-def _told(folder: Path) -> dict[str, Any]:
-    """Content of ``run.json``, with a summary."""
-    try:
-        told = read_json(folder / SUMMARY, gaps=True)
-    except (OSError, ValueError) as error:
-        raise InputFileError(f"{folder / SUMMARY} cannot be read", _AGAIN) from error
-    if not isinstance(told, dict) or not isinstance(told.get("summary"), dict):
-        raise ModelFormatError(f"{folder / SUMMARY} has no summary", _AGAIN)
+def stated(folder: Path) -> dict[str, Any]:
+    """Content of a run's ``run.json``.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    ValueError
+        If it is no JSON object.
+    """
+    told = read_json(folder / SUMMARY, gaps=True)
+    if not isinstance(told, dict):
+        raise ValueError("no JSON object")
     return told
 
 

@@ -32,7 +32,7 @@ from abs_engine.tracking.results.measures import cuts
 from abs_engine.tracking.results.run_table import sure_frames
 from abs_engine.tracking.runs.record import SUMMARY, Record, camera_of, load_whole_run
 from abs_engine.tracking.runs.stated_settings import stated_settings
-from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.settings.doubts import DOUBTS
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -209,8 +209,8 @@ def check_variety(recordings: Sequence[Recording]) -> None:
     lacks = [
         what
         for what, shown in (
-            ("open mouth", (aperture > FRAME_LOOP.speaker_open).any()),
-            ("closed mouth", (aperture < FRAME_LOOP.speaker_closed).any()),
+            ("open mouth", (aperture > DOUBTS.speaker_open).any()),
+            ("closed mouth", (aperture < DOUBTS.speaker_closed).any()),
         )
         if not shown
     ]

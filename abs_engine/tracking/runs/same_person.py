@@ -11,7 +11,7 @@ from abs_engine.core.errors import OtherPersonError
 from abs_engine.io.assets import Speaker
 from abs_engine.tracking.person.scale import USUAL_PUPILS
 from abs_engine.tracking.runs.recordings import Recording
-from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.settings.doubts import DOUBTS
 
 _DIFFERS = "the shape of the face differs by"
 
@@ -22,7 +22,7 @@ def check_same(recordings: Sequence[Recording], speaker: Speaker) -> None:
     Heads are compared at the size that the usual pupil distance gives them. Of three or more, the
     one farthest from the median of all is named; of two, both.
     """
-    found = _beyond(recordings, speaker, FRAME_LOOP.same_speaker)
+    found = _beyond(recordings, speaker, DOUBTS.same_speaker)
     if found is None:
         return
     worst, apart = found
@@ -36,7 +36,7 @@ def check_same(recordings: Sequence[Recording], speaker: Speaker) -> None:
 
 def doubt_same(recordings: Sequence[Recording], speaker: Speaker) -> tuple[int, str] | None:
     """A warning, with the recording it is of, if a head may be another person's; else none."""
-    found = _beyond(recordings, speaker, FRAME_LOOP.doubted_speaker)
+    found = _beyond(recordings, speaker, DOUBTS.doubted_speaker)
     if found is None:
         return None
     worst, apart = found

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from abs_engine.io.inputs import read_json
-from abs_engine.tracking.runs.record import SUMMARY
+from abs_engine.tracking.runs.record import stated
 
 
 def stated_settings(folder: Path) -> dict[str, Any]:
@@ -21,10 +20,7 @@ def stated_settings(folder: Path) -> dict[str, Any]:
     KeyError
         If it states none.
     """
-    told = read_json(folder / SUMMARY, gaps=True)
-    if not isinstance(told, dict):
-        raise ValueError("no JSON object")
-    settings = told.get("settings")
+    settings = stated(folder).get("settings")
     if not isinstance(settings, dict):
         raise KeyError("settings")
     return settings

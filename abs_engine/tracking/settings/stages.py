@@ -34,6 +34,7 @@ from abs_engine.fit.settings import (
 from abs_engine.optimise.settings import SOLVING, SolverSettings
 from abs_engine.tracking.settings.blobs import BLOB_START, BlobSettings
 from abs_engine.tracking.settings.detection import DETECTION, DetectionSettings
+from abs_engine.tracking.settings.doubts import DOUBTS, DoubtSettings
 from abs_engine.tracking.settings.frames import FRAME_LOOP, FrameSettings
 from abs_engine.tracking.settings.head import HEAD_POSE, HeadSettings
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE, LandmarkSettings
@@ -83,6 +84,8 @@ class Settings:
         When they stop, and how far they step.
     frames : FrameSettings
         The loop over frames.
+    doubts : DoubtSettings
+        What a run warns of, and which recordings are of one speaker.
     belief : BeliefSettings
         Standard deviations.
     worn : WornSettings
@@ -108,6 +111,7 @@ class Settings:
     talking_fit: TalkingFitSettings = TALKING_FIT
     solvers: SolverSettings = SOLVING
     frames: FrameSettings = FRAME_LOOP
+    doubts: DoubtSettings = DOUBTS
     belief: BeliefSettings = BELIEF
     worn: WornSettings = CLOSE_UP
 

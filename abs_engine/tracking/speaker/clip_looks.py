@@ -27,6 +27,7 @@ from abs_engine.tracking.person.frame_choice import (
     to_learn_from,
 )
 from abs_engine.tracking.person.scale import pupil_distance
+from abs_engine.tracking.settings.doubts import DOUBTS
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.speaker.speaker_face import SpeakerFace
 from abs_engine.tracking.start.person_fit import FittedPerson, fit_person
@@ -44,7 +45,7 @@ def looks_alike(face: SpeakerFace, seen: Sequence[Sighted], misfit: float) -> bo
     """
     changes = np.stack([np.abs(face.light.change(*one)).max() for one in seen])
     same = float(np.median(changes)) < FRAME_LOOP.light_full
-    return same and misfit < FRAME_LOOP.most_speaker_misfit
+    return same and misfit < DOUBTS.most_speaker_misfit
 
 
 def with_looks_of_clip(

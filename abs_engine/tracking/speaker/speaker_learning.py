@@ -105,10 +105,10 @@ class Learned:
     @property
     def _lack(self) -> str:
         """The reason that postures are not the speaker's own."""
-        if self.frames < LEARNING.own_frames:
+        if self.frames < LEARNING.least_frames:
             return (
                 f"{self.frames} frames show the mouth well; a speaker's own need "
-                f"{LEARNING.own_frames}"
+                f"{LEARNING.least_frames}"
             )
         return "the speaker's own explain left-out frames clearly worse"
 
@@ -209,7 +209,7 @@ class Learner:
 
     def postures(self, head: SpeakerFace, recordings: Sequence[Recording]) -> PostureSpace | None:
         """The speaker's own postures; None where too few frames show them, or all are noise."""
-        if _usable(recordings) < LEARNING.own_frames:
+        if _usable(recordings) < LEARNING.least_frames:
             return None
         clips = [np.where(r.usable[:, None], r.postures, np.nan) for r in recordings]
         rates = [float(r.run["rate"]) for r in recordings]

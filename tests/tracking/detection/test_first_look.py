@@ -17,14 +17,9 @@ from abs_engine.cli import main
 from abs_engine.core import threads
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.io.video import read_frames
-from abs_engine.tracking.detection import face_choice as looks
-from abs_engine.tracking.detection.face_choice import (
-    LARGEST,
-    FaceChoice,
-    FaceFollower,
-    first_look,
-    follower_of,
-)
+from abs_engine.tracking.detection import first_look as looks
+from abs_engine.tracking.detection.face_choice import LARGEST, FaceChoice, FaceFollower
+from abs_engine.tracking.detection.first_look import first_look, follower_of
 from abs_engine.tracking.models import heads
 from abs_engine.tracking.settings.preparation import PREPARATION
 

@@ -20,7 +20,7 @@ from abs_engine.tracking.results.less_explained import (
 )
 from abs_engine.tracking.results.run_table import sure_frames
 from abs_engine.tracking.runs.recorder import Recorder
-from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.settings.doubts import DOUBTS
 
 BELIEVED = Belief(
     1.0, 1.0, 1.0, np.ones_like(toy_result(0).lips), np.full(3, 0.01), np.ones(3), 12.0
@@ -43,7 +43,7 @@ def test_frames_fall_short_of_the_median_one():
 
 
 def test_too_few_frames_say_nothing():
-    few = FRAME_LOOP.fewest - 1
+    few = DOUBTS.fewest - 1
     assert shortfall(scores(few, 3)).max() == 0.0
     assert shortfall(scores(few + 1, 3)).max() > 0.1
     assert shortfall(np.full(30, np.nan)).max() == 0.0

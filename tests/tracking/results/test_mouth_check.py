@@ -17,7 +17,7 @@ from abs_engine.tracking.detection.landmarks import OUTER_RING
 from abs_engine.tracking.results import mouth_check
 from abs_engine.tracking.results.mouth_check import MouthCheck
 from abs_engine.tracking.runs.recorder import Recorder
-from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.settings.doubts import DOUBTS
 
 IMAGE = drawn("clara", seen_at([0, 0, 0], [0, 0, 700]))
 CAMERA = Camera.ideal((IMAGE.shape[1], IMAGE.shape[0]))
@@ -76,7 +76,7 @@ def test_a_mouth_on_one_of_several_faces_is_in_its_place(monkeypatch):
 
 
 def test_most_of_the_frames_count():
-    apart = round(FRAME_LOOP.look_apart * 25)
+    apart = round(DOUBTS.look_apart * 25)
     beside = [result(k * apart, right=40.0) for k in range(2)]
     right = [result((2 + k) * apart) for k in range(2)]
     assert warned([*beside, *right]) == []
@@ -97,7 +97,7 @@ def test_a_mouth_that_is_drawn_closed_and_seen_open(monkeypatch):
         monkeypatch.setattr(mouth_check, "faces_seen", lambda _image: faces)
         return warned([replace(result(k * apart), aperture=aperture) for k in range(frames)])
 
-    apart = round(FRAME_LOOP.look_apart * 25)
+    apart = round(DOUBTS.look_apart * 25)
     assert said(0.1, 3)[0].startswith("in 3 of 3 frames in which")
     assert "it is drawn closed, and seen open: look" in said(0.1, 3)[0]
     assert said(0.1, 3, aperture=4.0) == said(0.02, 3) == said(0.1, 1) == []
@@ -105,7 +105,7 @@ def test_a_mouth_that_is_drawn_closed_and_seen_open(monkeypatch):
 
 
 def test_learned_lips_that_cannot_open_are_noticed_though_landmarks_place_the_head(monkeypatch):
-    apart = round(FRAME_LOOP.look_apart * 25)
+    apart = round(DOUBTS.look_apart * 25)
     opened = open_by(0.1)
     monkeypatch.setattr(mouth_check, "faces_seen", lambda _image: [opened])
     closed = [replace(result(k * apart, right=40.0), aperture=0.0) for k in range(3)]
@@ -124,7 +124,7 @@ def test_learned_lips_that_cannot_open_are_noticed_though_landmarks_place_the_he
 
 @pytest.mark.parametrize("placed", [None, object()])
 def test_learned_lips_that_hardly_move_are_noticed_though_they_are_open(placed, monkeypatch):
-    made, apart = setting(landmarks=placed, learned_lips=True), round(FRAME_LOOP.look_apart * 25)
+    made, apart = setting(landmarks=placed, learned_lips=True), round(DOUBTS.look_apart * 25)
 
     def said(apertures, openness, made=made, beside=()):
         left = iter(openness)
@@ -147,7 +147,7 @@ def test_learned_lips_that_hardly_move_are_noticed_though_they_are_open(placed, 
 def test_lost_frames_and_pictures_without_a_face_do_not_count():
     assert warned([lost_result(k) for k in range(30)]) == []
     assert warned([result(right=40.0)], BLANK) == []
-    check, apart = MouthCheck(setting()), round(FRAME_LOOP.look_apart * 25)
+    check, apart = MouthCheck(setting()), round(DOUBTS.look_apart * 25)
     for k in range(3):  # one face in three looks may be none
         check.add(BLANK if k else IMAGE, result(k * apart, right=40.0))
     assert check.warnings() == []
@@ -169,7 +169,7 @@ def test_long_clips_are_looked_at_less_often(face, monkeypatch):
     check, found = MouthCheck(setting(rate=10.0)), result()
     for k in range(1000):
         check.add(IMAGE, replace(found, index=k))
-    assert 4 * FRAME_LOOP.looks < len(looked) < 8 * FRAME_LOOP.looks
+    assert 4 * DOUBTS.looks < len(looked) < 8 * DOUBTS.looks
 
 
 def test_the_warning_is_in_the_summary_of_a_run():

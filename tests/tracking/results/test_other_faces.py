@@ -16,7 +16,7 @@ from abs_engine.tracking.detection.face_detection import find_faces
 from abs_engine.tracking.results import other_faces
 from abs_engine.tracking.results.other_faces import OtherFaces
 from abs_engine.tracking.runs.recorder import Recorder
-from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.settings.doubts import DOUBTS
 
 NEAR, FAR = seen_at([0, 0, 0], [0, 0, 500]), seen_at([0, 0, 0], [0, 0, 1200])
 ALONE = drawn("clara", NEAR)
@@ -81,7 +81,7 @@ def test_long_clips_are_looked_at_less_often(monkeypatch):
     looked = []
     monkeypatch.setattr(other_faces, "find_faces", lambda *_, **__: looked.append(1) or [])
     warned([followed(k, FAR) for k in range(1000)], BLANK)
-    assert 4 * FRAME_LOOP.looks < len(looked) < 8 * FRAME_LOOP.looks
+    assert 4 * DOUBTS.looks < len(looked) < 8 * DOUBTS.looks
 
 
 @pytest.mark.parametrize(("frames", "warned"), [(range(1000, 2000), True), (range(100), False)])

@@ -25,7 +25,7 @@ from abs_engine.tracking.results.run_warnings import (
     without_colour,
 )
 from abs_engine.tracking.run import remark_lines
-from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.settings.doubts import DOUBTS
 
 GOOD = {"upper_lip": 0.95, "lower_lip": 0.9}
 TALK = 6 + 5 * np.sin(np.arange(40) / 3)
@@ -84,13 +84,13 @@ def test_lips_that_nothing_shows_may_be_hidden_all_the_time():
 
 @pytest.mark.parametrize(("told", "lines"), [(-0.01, 1), (0.01, 0)])
 def test_where_they_begin_to_be_the_same(told, lines):
-    both = dict.fromkeys(GOOD, FRAME_LOOP.least_separability + told)
+    both = dict.fromkeys(GOOD, DOUBTS.least_separability + told)
     assert len(doubts(NONE, NONE, both)) == lines
 
 
 @pytest.mark.parametrize(("told", "lines"), [(-0.01, 1), (0.01, 0)])
 def test_colours_that_open_the_mouth_less_than_landmarks(told, lines):
-    found = doubts(NONE, NONE, GOOD, FRAME_LOOP.least_agreement + told)
+    found = doubts(NONE, NONE, GOOD, DOUBTS.least_agreement + told)
     assert len(found) == lines
     assert all("opens 69% as far as by landmarks" in line for line in found)
 
@@ -98,7 +98,7 @@ def test_colours_that_open_the_mouth_less_than_landmarks(told, lines):
 def test_a_mouth_of_some_pixels_is_blamed_in_the_place_of_its_colours():
     (line,) = small_mouth(6.2)
     assert line.startswith("the mouth is only 6.2 pixels wide")
-    assert small_mouth(FRAME_LOOP.least_mouth) == small_mouth(float("nan")) == []
+    assert small_mouth(DOUBTS.least_mouth) == small_mouth(float("nan")) == []
     assert doubts(NONE, NONE, GOOD, 0.06, small=True) == []
 
 
@@ -141,12 +141,12 @@ def test_frames_that_were_held_to_the_landmarks():
 
 
 @pytest.mark.parametrize(("source", "limit", "said"), [
-    ("colour", FRAME_LOOP.least_score, "the drawn mouth explains only 77%"),
-    ("texture", FRAME_LOOP.least_face_score, "is it this speaker's"),
-    ("local", FRAME_LOOP.least_face_score, "the face explains only 79%"),
-    ("talking: local", FRAME_LOOP.least_talking_score, "the talking face explains only 69%"),
-    ("talking: texture", FRAME_LOOP.least_talking_score, "track without --model"),
-    ("talking: colour", FRAME_LOOP.least_score, "the drawn mouth explains only 77%"),
+    ("colour", DOUBTS.least_score, "the drawn mouth explains only 77%"),
+    ("texture", DOUBTS.least_face_score, "is it this speaker's"),
+    ("local", DOUBTS.least_face_score, "the face explains only 79%"),
+    ("talking: local", DOUBTS.least_talking_score, "the talking face explains only 69%"),
+    ("talking: texture", DOUBTS.least_talking_score, "track without --model"),
+    ("talking: colour", DOUBTS.least_score, "the drawn mouth explains only 77%"),
 ])  # fmt: skip
 def test_a_run_that_explains_little(source, limit, said):
     (line,) = little_explained(source, limit - 0.01)
@@ -184,9 +184,9 @@ def test_frames_that_lose_their_colour_are_counted():
 
 
 def test_the_head_of_another_person():
-    (line,) = other_head(FRAME_LOOP.most_speaker_misfit + 0.1)
+    (line,) = other_head(DOUBTS.most_speaker_misfit + 0.1)
     assert "landmarks lie 1.6 standard deviations off, its own speaker's less than 1.5" in line
-    assert other_head(FRAME_LOOP.most_speaker_misfit) == ()
+    assert other_head(DOUBTS.most_speaker_misfit) == ()
 
 
 def test_all_of_it_at_once_and_nothing_at_all():

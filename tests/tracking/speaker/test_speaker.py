@@ -25,7 +25,7 @@ from abs_engine.learn import posture_space
 from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking.results.run_warnings import FACE_LOOKS, OTHER_COLOURS, UNCOVERED
 from abs_engine.tracking.runs.record import load_run
-from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.settings.doubts import DOUBTS
 from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker import speaker_learning
 from abs_engine.tracking.speaker.clip_looks import ANEW
@@ -100,9 +100,9 @@ def learn(video, name, **settings):
         patch.setattr(speaker_learning, "tracked", TRACKED)
         patch.setattr(speaker_learning.Learner, "head", HEAD)
         patch.setattr(speaker_learning.Learner, "tracked_again", AGAIN_TRACKED)
-        patch.setattr(posture_space, "LEARNING", replace(LEARNING, least_frames=6))
-        few = replace(LEARNING, **({"own_frames": 6} | settings))
-        patch.setattr(speaker_learning, "LEARNING", few)
+        few = replace(LEARNING, **({"least_frames": 6} | settings))
+        for module in (posture_space, speaker_learning):
+            patch.setattr(module, "LEARNING", few)
         patch.setattr(speaker_learning, "PREPARATION", replace(PREPARATION, speaker_most=6))
         with contextlib.redirect_stdout(file):
             words = "--renderer", "cpu", "--rounds", 1, "--quiet", "--json"
@@ -162,7 +162,7 @@ def test_a_clip_is_tracked_with_it(learned, video, tmp_path):
     named = told["settings"]
     assert named["model_sha256"] == sha256(learned[0].read_bytes()).hexdigest()
     assert named["colours"] == "the face's"
-    assert named["head_misfit"] < FRAME_LOOP.most_speaker_misfit
+    assert named["head_misfit"] < DOUBTS.most_speaker_misfit
     assert told["summary"]["warnings"] == []
 
 
