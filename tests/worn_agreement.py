@@ -25,7 +25,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.threads import one_thread
 from abs_engine.io.assets import load_speaker
 from abs_engine.io.video import probe, read_frames
-from abs_engine.learn.opening import LabelledMouth, learn_opening, spot_of
+from abs_engine.learn.opening import LabelledMouth, disagreement, learn_opening, spot_of
 from abs_engine.render.select import open_renderer
 from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.loop import track
@@ -132,7 +132,9 @@ def of_speaker(name: str, clips: dict[str, Labelled], own: bool, whole: bool) ->
     info = probe(clip.video)
     seen = Clip(clip.video, info, Camera.ideal(info.size), None)
     with open_renderer("cpu") as renderer, one_thread():
-        images, opening = found_mouth(seen, OPTIONS, None if own else learn_opening(others), str)
+        looks = None if own else learn_opening(others)
+        images, opening, mouths = found_mouth(seen, OPTIONS, looks, str)
+        sys.stdout.write(f"{name:<12}disagreement {disagreement(opening.looks, mouths):.2f}\n")
         given = OPTIONS, Leaves.of(OPTIONS), renderer
         tracker = fitted_clip(seen, load_speaker(), opening, images, *given)
         return [

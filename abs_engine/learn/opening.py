@@ -128,6 +128,28 @@ def _pixels(
     return seen.reshape(likely.size, -1)[chosen], sides.ravel()[chosen]
 
 
+def disagreement(looks: OpeningLooks, mouths: Sequence[LabelledMouth]) -> float:
+    """Disagreement of what was learned with the points of a clip's frames; NaN where none has any.
+
+    Near the inner lips, the mean -log probability of the sides that pixels lie on, less the
+    correlation over frames of how much lies inside.
+    """
+    unlike, shares = [], []
+    for mouth in [mouth for mouth in mouths if np.isfinite(mouth.points).all()]:
+        sides, away = sides_of(mouth.spot.to_normalised(mouth.points))
+        weight = np.exp(-away / LEARNING.opening_near)
+        maps = looks.probabilities(mouth.image, mouth.spot)
+        given = np.take_along_axis(maps, sides[None], axis=0)[0]
+        unlike.append(np.average(-np.log(given), weights=weight))
+        inside = sides == SIDES.index("inside"), maps[SIDES.index("inside")]
+        shares.append([np.average(part, weights=weight) for part in inside])
+    if not unlike:
+        return float("nan")
+    labelled, seen = (np.array(shares) - np.mean(shares, axis=0)).T
+    together = labelled @ seen / max(np.linalg.norm(labelled) * np.linalg.norm(seen), 1e-9)
+    return float(np.mean(unlike) - together)
+
+
 def sides_of(points: FloatArray) -> tuple[NDArray[np.int_], FloatArray]:
     """Sides (`SIDES`) of pixels, and their distance from the inner lips, both (88, 96).
 

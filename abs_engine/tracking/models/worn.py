@@ -23,7 +23,7 @@ from abs_engine.fit.opening import NAME, Opening, sided
 from abs_engine.io.arrays import Layout, real, whole
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.npz import read_model, write_npz
-from abs_engine.learn.opening import LabelledMouth, learn_opening
+from abs_engine.learn.opening import LabelledMouth, disagreement, learn_opening
 from abs_engine.tracking.detection.face_detection import find_face
 from abs_engine.tracking.frame.clip_setting import ClipSetting
 from abs_engine.tracking.frame.frame_state import Follower, HeadFrame, Memory
@@ -55,6 +55,10 @@ _NO_MOUTH = (
 _UPSIDE_DOWN = (
     "the mouth seems to be upside down, where its lips are not followed: turn the video by 180 "
     "degrees, for example with ffmpeg -vf hflip,vflip"
+)
+_UNLIKE = (
+    "the model opens this mouth unlike the landmarks do, as one that was learned from another kind "
+    "of camera: track without --model, or label frames of this camera and learn again with 'mouths'"
 )
 _LAYERS = 3
 _LAYOUT: Layout = {
@@ -114,19 +118,26 @@ def prepare_worn(
     leaves.check("worn")
     looks = None if options.model_file is None else load_looks(options.model_file)
     speaker = load_speaker(options.speaker)
-    images, opening = found_mouth(clip, options, looks, tell)
+    images, opening, mouths = found_mouth(clip, options, looks, tell)
     tell("fitting the head")
     made = fitted_clip(clip, speaker, opening, images, options, leaves, renderer)
-    warnings = [] if options.model_file is not None else [_UNLEARNED]
-    warnings += _doubts(images, found=options.mouth is None)
+    found = options.mouth is None
+    warnings = _doubts(images, found)
+    if looks is None:
+        warnings = [_UNLEARNED, *warnings]
+    elif found and not warnings and disagreement(looks, mouths) > CLOSE_UP.most_unlike:
+        warnings = [_UNLIKE]
     setting = replace(made.setting, warnings=tuple(warnings))
     return replace(made, setting=setting, remarks="\n".join(warnings))
 
 
 def found_mouth(
     clip: Clip, options: TrackOptions, looks: OpeningLooks | None, tell: Tell
-) -> tuple[list[Image], Opening]:
-    """Frames of a clip, where its mouth lies and what it looks like; errors as `prepare_worn`."""
+) -> tuple[list[Image], Opening, list[LabelledMouth]]:
+    """Frames of a clip, its mouth's place and looks, and frames with the landmark network's points.
+
+    Errors as `prepare_worn`.
+    """
     tell("finding the mouth")
     seen = _spread(clip)
     images = [seen[k] for k in evenly(len(seen), CLOSE_UP.fitted)]
@@ -134,10 +145,11 @@ def found_mouth(
     if options.mouth is not None:
         x, y, width, height = options.mouth
         spot = MouthSpot(x + 0.5 * (width - 1), y + 0.5 * (height - 1), width)
-    if looks is None:
-        tell("learning its looks")
-        looks = learn_opening([LabelledMouth(i, mouth_points(i, spot), spot) for i in seen])
-    return images, Opening(looks, spot)
+    mouths = [LabelledMouth(i, mouth_points(i, spot), spot) for i in seen]
+    if looks is not None:
+        return images, Opening(looks, spot), mouths
+    tell("learning its looks")
+    return images, Opening(learn_opening(mouths), spot), mouths
 
 
 def fitted_clip(

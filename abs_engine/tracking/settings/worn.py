@@ -53,6 +53,12 @@ class WornSettings:
         0.079 and more, but once (0.012). Measured on 24 worn cameras, at most 0.015, and on p09 to
         p16, at most 0.009, and 0.065 and more. Where little more than the mouth is in the picture,
         four of 15 mouths have 0.2 to 0.3.
+    most_unlike : float, nats
+        Up to which a model of mouths suits a clip, by `learn.opening.disagreement` with the
+        landmarks. Chosen on five speakers of labelled close-ups, each by a model of nine others (at
+        most 0.85), and p01 to p08 of the strangers' clips by a model of all ten (1.67 and more,
+        but for two that it opens rightly). Measured on 19 other speakers, at most 1.06, and on p09
+        to p16: more in six of eight.
     """
 
     whole_face: float = 0.8
@@ -78,6 +84,7 @@ class WornSettings:
     asked: int = 8
     turned: float = 0.1
     most_unsettled: float = 0.04
+    most_unlike: float = 1.3
 
 
 CLOSE_UP = WornSettings()

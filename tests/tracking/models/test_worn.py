@@ -21,6 +21,7 @@ from abs_engine.io.video import VideoInfo, probe
 from abs_engine.learn.opening import (
     POINTS,
     LabelledMouth,
+    disagreement,
     doubt,
     learn_opening,
     sides_of,
@@ -222,9 +223,37 @@ def test_looks_are_learned_from_more_frames_than_the_head_is_fitted_to(tmp_path,
     write_clip(tmp_path / "clip.mp4", "amara", NEW * 4)
     info = probe(tmp_path / "clip.mp4")
     clip = Clip(tmp_path / "clip.mp4", info, CAMERA, None)
-    images, opening = found_mouth(clip, TrackOptions(worn=True), None, str)
+    images, opening, _ = found_mouth(clip, TrackOptions(worn=True), None, str)
     assert len(images) == CLOSE_UP.fitted
     assert len(opening.looks) == len(NEW * 4)
+
+
+def by_points(images, points) -> list[LabelledMouth]:
+    """Frames of one clip with points."""
+    return [LabelledMouth(i, p, spot_of(points)) for i, p in zip(images, points, strict=True)]
+
+
+def test_a_model_disagrees_with_mouths_unlike_those_that_it_was_learned_from(folder):
+    looks = load_looks(folder / "mouths.face")
+    images, points = ([made("amara", a) for a in NEW] for made in (close_up, inner_points))
+    mouths = by_points(images, points)
+    assert disagreement(looks, mouths) < 0
+    assert disagreement(looks, by_points([255 - i for i in images], points)) > CLOSE_UP.most_unlike
+    assert disagreement(looks, by_points(images, points[::-1])) > disagreement(looks, mouths) + 0.5
+    unseen = by_points(images[:1], [np.full((8, 2), np.nan)])
+    assert disagreement(looks, [*mouths, *unseen]) == disagreement(looks, mouths)
+    assert np.isnan(disagreement(looks, unseen))
+    assert np.isfinite(disagreement(looks, mouths[:1]))
+
+
+@pytest.mark.parametrize(("mouth", "unlike", "warned"), [
+    (None, 1.1, 1), (None, 0.9, 0), (None, float("nan"), 0), ((50, 40, 60, 40), 1.1, 0),
+])  # fmt: skip
+def test_a_model_of_another_kind_of_camera_is_warned_of(folder, monkeypatch, mouth, unlike, warned):
+    monkeypatch.setattr(worn, "disagreement", lambda *_: unlike * CLOSE_UP.most_unlike)
+    choices = {"worn": True, "model": folder / "mouths.face", "renderer": "cpu", "mouth": mouth}
+    run = abs_engine.track(folder / "new.mp4", **choices)
+    assert ["track without --model" in line for line in run.warnings] == [True] * warned
 
 
 def test_sides_are_where_the_lips_part():
