@@ -20,6 +20,7 @@ import argparse
 import csv
 import os
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
@@ -78,6 +79,9 @@ RESTING = 20.0
 """Percentile of a lip unit's weight that counts as the recorded person's rest, %."""
 PUPIL = 2.4  # mm, radius of a painted pupil
 TRIES = 40  # stretches of the recording among which each film takes the liveliest
+MOVING = 1.0
+"""Least standard deviation of the aperture in a stretch drawn by chance, mm; at most 15 count."""
+UPPER_UNITS = ("brow", "eye", "nose", "cheekSquint")
 
 
 def data_folder() -> Path:
@@ -293,9 +297,48 @@ def stretch(
     closed = np.array([(a < 1.0).mean() for a in seen])
     lively = np.array([np.minimum(a, 15.0).std() for a in seen])
     start = int(starts[np.argmax(lively * np.sqrt(np.minimum(closed, 0.3) + 0.02))])
-    low = np.floor(at).astype(int) + start
-    part = (at % 1.0)[:, None]
-    return (1 - part) * weights[low] + part * weights[low + 1], start
+    return between(weights, start + at), start
+
+
+def between(weights: FloatArray, at: FloatArray) -> FloatArray:
+    """Weights (T, E) between recorded frames, at times (T,) in frames."""
+    low, part = np.floor(at).astype(int), (at % 1.0)[:, None]
+    return np.asarray((1 - part) * weights[low] + part * weights[low + 1])
+
+
+def drawn_stretch(
+    weights: FloatArray, apertures: FloatArray, rng: np.random.Generator, time: FloatArray
+) -> tuple[FloatArray, int]:
+    """A stretch in which the mouth moves, drawn by chance, and where it starts."""
+    at = time * RECORDED_RATE
+    length = int(np.ceil(at[-1])) + 2
+    while True:
+        start = int(rng.integers(RECORDED_FROM, len(weights) - length))
+        if np.minimum(apertures[start : start + length], 15.0).std() > MOVING:
+            return between(weights, start + at), start
+
+
+def mirrored_units(names: Sequence[str]) -> IntArray:
+    """For each expression, the same on the other side."""
+    sides = {"_L": "_R", "_R": "_L", "Left": "Right", "Right": "Left"}
+    other = {n: n.removesuffix(a) + b for n in names for a, b in sides.items() if n.endswith(a)}
+    return np.array([names.index(other.get(n, n)) for n in names])
+
+
+def performed(
+    head: Head, weights: FloatArray, number: int, chosen: argparse.Namespace, time: FloatArray
+) -> tuple[FloatArray, int]:
+    """Weights (T, E) of a film of a number, and the first recorded frame of its mouth's motion."""
+    apertures = moved_lips(head, with_closed_lips(head, head.neutral), weights)
+    if chosen.motion == "lively":
+        return stretch(weights, apertures, slice(number, chosen.films), time)
+    rng = np.random.default_rng([chosen.seed, number, 3])
+    mouth, start = drawn_stretch(weights, apertures, rng, time)
+    if chosen.motion == "chance":
+        return mouth, start
+    upper = [n.startswith(UPPER_UNITS) for n in head.names]
+    face = np.where(upper, drawn_stretch(weights, apertures, rng, time)[0], mouth)
+    return face[:, mirrored_units(head.names)], start
 
 
 def smooth_noise(rng: np.random.Generator, frames: int, rate: float, reach: float) -> FloatArray:
@@ -798,10 +841,8 @@ def planned(head: Head, weights: FloatArray, number: int, chosen: argparse.Names
     if clips > 1 and number % clips >= max(1, clips - ELSEWHERE):
         place = replace(place, tint=tinted(where))
     distance = place.camera.matrix[1, 1] * high / chosen.size[1]
-    average = with_closed_lips(head, head.neutral)
-    apertures = moved_lips(head, average, weights)
     time = np.arange(chosen.frames) / rate
-    part, start = stretch(weights, apertures, slice(number, count), time)
+    part, start = performed(head, weights, number, chosen, time)
     turn, shift = head_motion(rng, chosen.frames, rate, distance, chosen.tremor)
     person = with_closed_lips(head, head.person(identity))
     return Film(person, identity, part, start, turn, shift, look, place, rate)
@@ -920,6 +961,7 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--size", type=int, nargs=2, default=(640, 480))
     parser.add_argument("--clips", type=int, default=1, help="of each person")
     parser.add_argument("--only", type=int, help="the number of the one film to make")
+    parser.add_argument("--motion", choices=("lively", "chance", "mixed"), default="lively")
     parser.add_argument("--tremor", action="store_true", help="heads tremble, see TREMOR")
     return parser.parse_args()
 

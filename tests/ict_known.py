@@ -87,7 +87,15 @@ def write_looks(films: Path, out: Path, seed: int) -> None:
     corner, kept = mesh.faces.ravel(), ~np.isin(mesh.part, _shells(mesh)).repeat(3)
     for k in range(count):
         frames = len(np.load(films / f"film_{k}.npz")["aperture"])
-        chosen = Namespace(films=count, frames=frames, seed=seed, size=(640, 480), clips=1)
+        chosen = Namespace(
+            films=count,
+            frames=frames,
+            seed=seed,
+            size=(640, 480),
+            clips=1,
+            motion="lively",
+            tremor=False,
+        )
         colours = painted(head, drawn, regions, planned(head, weights, k, chosen).look,
                           seed * 1000 + k)[: len(head.neutral)]  # fmt: skip
         tiles = []
