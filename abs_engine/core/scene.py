@@ -95,6 +95,11 @@ class Scene:
         return moved
 
     @cached_property
+    def highest_class(self) -> int:
+        """Largest number of a facet's class."""
+        return int(self.facet_class.max())
+
+    @cached_property
     def modes_of_vertices(self) -> NDArray[np.float32]:
         """The modes vertex by vertex, (V, P, 3), for loops over few vertices."""
         return np.ascontiguousarray(self.modes.transpose(1, 0, 2))

@@ -8,7 +8,6 @@ from __future__ import annotations
 import threading
 from functools import cached_property
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +22,6 @@ from abs_engine.render.vertex import motion_of, weights_of
 
 _ORDERED = 64  # drawings with one order of facets
 _KEPT = 16  # sizes of drawings whose arrays are kept
-_HIGHEST_CLASS: WeakKeyDictionary[Scene, int] = WeakKeyDictionary()
 
 
 class CpuRenderer:
@@ -87,7 +85,7 @@ class CpuRenderer:
             If candidates, scene, window and term do not fit together.
         """
         check_term(term, window)
-        check_classes(_highest_class(scene), term)
+        check_classes(scene, term)
         clip = camera.clip_matrix(window)
         total = np.empty(len(candidates), np.float64)
         pixels = np.empty(len(candidates), np.int64)
@@ -200,18 +198,11 @@ def _texture_uv(scene: Scene, positions: NDArray[np.float32], scratch: _Scratch)
     )
 
 
-def _highest_class(scene: Scene) -> int:
-    highest = _HIGHEST_CLASS.get(scene)
-    if highest is None:
-        highest = _HIGHEST_CLASS[scene] = int(scene.facet_class.max())
-    return highest
-
-
-def check_classes(highest_class: int, term: PixelTerm) -> None:
+def check_classes(scene: Scene, term: PixelTerm) -> None:
     """Raise `ParameterError` if a facet's class has no map."""
-    if isinstance(term, ClassMaps) and highest_class >= len(term.maps):
+    if isinstance(term, ClassMaps) and scene.highest_class >= len(term.maps):
         raise ParameterError(
-            f"the scene has class {highest_class}, the term only {len(term.maps)} maps",
+            f"the scene has class {scene.highest_class}, the term only {len(term.maps)} maps",
             "give one map for each class id, and one for the background",
         )
 

@@ -119,7 +119,7 @@ class OpenGLRenderer:
         """
         with self._drawing(scene, candidates):
             check_term(term, window)
-            check_classes(self._scenes.get(scene).highest_class, term)
+            check_classes(scene, term)
             return self._path.measure(scene, candidates, camera, window, term)
 
     def picture(

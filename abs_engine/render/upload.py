@@ -130,7 +130,6 @@ class SceneUpload:
         self._weights: moderngl.Buffer | None = None
         # Not the scene itself: holding it would keep it alive, and this with it.
         self.n_vertices, self.n_facets = len(scene.mean), len(scene.faces)
-        self.highest_class = int(scene.facet_class.max())
         self._scene = weakref.ref(scene)
         self.by_class = Labelled("class", class_layout(scene), self._buffer, self._reserve)
         self.layout = self.by_class.layout
