@@ -19,6 +19,7 @@ from pathlib import Path
 
 import av
 import psutil
+from gl_objects import live_objects
 
 from abs_engine.render.context import GLContext
 from abs_engine.render.select import open_renderer
@@ -49,19 +50,13 @@ class Watch:
             return
         spent = time.process_time()
         context = GLContext.of_process()
-        objects = None if context is None else sum(counted(context).values())
+        objects = None if context is None else sum(live_objects(context).values())
         sys.stdout.write(
             f"{done:6} frames  {self._process.memory_info().rss / 1e6:6.1f} MB  "
             f"{1e3 * (spent - self._spent) / self._every:6.1f} ms a frame  GL objects: {objects}\n"
         )
         sys.stdout.flush()
         self._spent = time.process_time()
-
-
-def counted(context: GLContext) -> dict[str, int]:
-    """Live OpenGL objects by kind."""
-    with context.current():
-        return context.raw.count_objects()
 
 
 def main() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
-from ctypes import c_float, c_int, c_ubyte, c_uint, c_void_p
+from ctypes import c_float, c_int, c_uint, c_void_p
 from functools import lru_cache
 from typing import Any
 
@@ -12,12 +12,9 @@ _TEXTURE_2D_ARRAY, _DEPTH_COMPONENT32F = 0x8C1A, 0x8CAC
 _FRAMEBUFFER, _DEPTH_ATTACHMENT = 0x8D40, 0x8D00
 _COLOR, _DEPTH = 0x1800, 0x1801
 
-KINDS = ("Texture", "Buffer", "Framebuffer", "Renderbuffer", "VertexArray", "Program")
-
 _SIGNATURES: dict[str, tuple[Any, ...]] = {
     "glGenTextures": (c_int, c_void_p),
     "glDeleteTextures": (c_int, c_void_p),
-    **{f"glIs{kind}": (c_uint,) for kind in KINDS},
     "glBindTexture": (c_uint, c_uint),
     "glTexStorage3D": (c_uint, c_int, c_uint, c_int, c_int, c_int),
     "glBindFramebuffer": (c_uint, c_uint),
@@ -45,8 +42,7 @@ class RawGL:
 
     def __init__(self, load: Callable[[str], int]) -> None:
         self._call = {
-            name: ctypes.CFUNCTYPE(c_ubyte if name.startswith("glIs") else None, *types)(load(name))
-            for name, types in _SIGNATURES.items()
+            name: ctypes.CFUNCTYPE(None, *types)(load(name)) for name, types in _SIGNATURES.items()
         }
 
     def depth_array(self, width: int, height: int, layers: int) -> int:
@@ -68,13 +64,6 @@ class RawGL:
     def delete_texture(self, texture: int) -> None:
         """Delete a texture made by `depth_array`."""
         self._call["glDeleteTextures"](1, ctypes.byref(c_uint(texture)))
-
-    def count_objects(self, limit: int = 4096) -> dict[str, int]:
-        """Number of live GL objects of each kind with names below `limit`; to find leaks."""
-        return {
-            kind: sum(bool(self._call[f"glIs{kind}"](name)) for name in range(1, limit))
-            for kind in KINDS
-        }
 
     def clear_float(self, attachment: int, value: float) -> None:
         """Clear a float attachment of the bound framebuffer, all layers."""

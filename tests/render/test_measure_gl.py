@@ -7,6 +7,7 @@ import gc
 import numpy as np
 import pytest
 import shapes
+from gl_objects import live_objects
 from shapes import FISHY, STILL, draw_one, triangles
 from snapping import allowed
 
@@ -151,8 +152,7 @@ def test_the_two_paths_agree(gl, distortion):
 def test_a_thousand_renders_leave_nothing_behind(gl):
     camera, window = shapes.view(32)
     rng = np.random.default_rng(5)
-    with gl.current():
-        before = gl.raw.count_objects()
+    before = live_objects(gl)
     with OpenGLRenderer(gl, "thin") as thin, OpenGLRenderer(gl, "instanced") as instanced:
         kept = shapes.ball(1, 2)
         term = ClassMaps(np.ones((5, 32, 32)))
@@ -175,26 +175,22 @@ def test_a_thousand_renders_leave_nothing_behind(gl):
                     for owner in (thin, instanced):
                         owner._scenes.sweep()
                         owner._terms.sweep()
-                    counts.append(gl.raw.count_objects())
+                counts.append(live_objects(gl))
         assert counts[0] == counts[1] == counts[2] == counts[3]
         assert counts[0] != before
-    with gl.current():
-        assert gl.raw.count_objects() == before
+    assert live_objects(gl) == before
 
 
 def test_sizes_come_and_go_in_the_pool(gl):
     scene = shapes.ball(0, 1)
-    with gl.current():
-        before = gl.raw.count_objects()
+    before = live_objects(gl)
     with OpenGLRenderer(gl, "thin") as renderer:
         for pixels in range(8, 40):
             camera, window = shapes.view(pixels)
             renderer.draw(scene, shapes.states(scene, 1), camera, window)
-        with gl.current():
-            held = gl.raw.count_objects()["Framebuffer"] - before["Framebuffer"]
+        held = live_objects(gl)["Framebuffer"] - before["Framebuffer"]
         assert 0 < held <= targets.POOL_SIZE
-    with gl.current():
-        assert gl.raw.count_objects() == before
+    assert live_objects(gl) == before
 
 
 def test_pictures_are_smooth_where_buffers_are_not(renderer):
