@@ -24,7 +24,7 @@ from abs_engine.export.face_units import UnitFit
 from abs_engine.export.settings import EXPORT
 from abs_engine.face.held_head import held_head
 from abs_engine.face.neutral import neutral_face
-from abs_engine.face.schema import ICT_68, face_unit
+from abs_engine.face.schema import ICT_68, reading
 from abs_engine.face.shape.mouth import mouth_units
 from abs_engine.io.assets import CLOSED_APERTURE, load_speaker
 from abs_engine.io.morphs import read_morphs
@@ -119,8 +119,8 @@ def ict_slopes(names: tuple[str, ...]) -> FloatArray:
     upper, lower = ICT_68[62], ICT_68[66]
     opened = dict.fromkeys(names, 0.0)
     for target, moved in mesh.targets.items():
-        if face_unit(target) in opened:
-            opened[face_unit(target)] += 10.0 * float(moved[upper, 1] - moved[lower, 1])
+        if (unit := reading(target)[0]) in opened:
+            opened[unit] += 10.0 * float(moved[upper, 1] - moved[lower, 1])
     return np.array(list(opened.values()))
 
 

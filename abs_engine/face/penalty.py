@@ -56,9 +56,7 @@ class ImprobablePenalty:
             raise ParameterError("the penalty is not positive", _CHECK)
 
     @classmethod
-    def of_corpus(
-        cls, parameters: FloatArray, strength: float = SHAPE.penalty_strength
-    ) -> ImprobablePenalty:
+    def of_corpus(cls, parameters: FloatArray) -> ImprobablePenalty:
         """With mean and covariance of the parameters (T, P) of a corpus.
 
         The covariance is drawn towards the identity, see `SHAPE.penalty_shrunk`.
@@ -74,7 +72,7 @@ class ImprobablePenalty:
         spread = np.atleast_2d(np.cov(rows.T))
         share = SHAPE.penalty_shrunk
         spread = (1 - share) * spread + share * np.eye(len(spread))
-        return cls(rows.mean(axis=0), np.linalg.inv(np.linalg.cholesky(spread)), strength=strength)
+        return cls(rows.mean(axis=0), np.linalg.inv(np.linalg.cholesky(spread)))
 
     @property
     def size(self) -> int:

@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Scene
 from abs_engine.face.appearance.local import LocalModel
 from abs_engine.face.appearance.texture import TextureModel
@@ -19,12 +18,6 @@ from abs_engine.face.settings.appearance import APPEARANCE
 TEXTURES, LOCALS = ("tex_lin", "tex_cst"), ("la_lin", "la_cst")
 MODELS = ("tex_lin", "tex_cst", "la_lin", "la_cst")
 """Appearance models, in the order of figure 6."""
-
-
-def _known(name: str, names: tuple[str, ...]) -> str:
-    if name not in names:
-        raise ParameterError(f"there is no model '{name}'", f"choose one of {', '.join(names)}")
-    return name
 
 
 @dataclass(frozen=True)
@@ -68,30 +61,10 @@ class TalkingFace:
     la_scale: float = 1.0
     noises: Noises | None = None
 
-    def texture(self, name: str) -> TextureModel:
-        """A texture model by its name.
-
-        Raises
-        ------
-        ParameterError
-            If there is no such model.
-        """
-        return {"tex_lin": self.tex_lin, "tex_cst": self.tex_cst}[_known(name, TEXTURES)]
-
-    def local(self, name: str) -> LocalModel:
-        """A model of local appearance by its name.
-
-        Raises
-        ------
-        ParameterError
-            If there is no such model.
-        """
-        return {"la_lin": self.la_lin, "la_cst": self.la_cst}[_known(name, LOCALS)]
-
     @cached_property
     def dressed(self) -> dict[str, Scene]:
         """S with each texture, made once for all frames."""
-        return {name: self.texture(name).dress(self.shape.surface) for name in TEXTURES}
+        return {name: getattr(self, name).dress(self.shape.surface) for name in TEXTURES}
 
 
 def as_face(face: TalkingFace) -> Face:

@@ -124,20 +124,20 @@ def talking_problem(
     shape = face.shape
     if name not in MODELS:
         raise ParameterError(f"there is no model '{name}'", f"choose one of {', '.join(MODELS)}")
-    frame = PoseFrame(pose, shape.pivot)
+    frame, model = PoseFrame(pose, shape.pivot), getattr(face, name)
     if window is None:
         window = surface_window(shape.surface, alpha, pose, camera)
     error: TextureError | LocalError
     if name in TEXTURES:
         start = frame.candidates(shape.blocks.vector({POSTURE: alpha})[None])
         error = texture_error(
-            face.texture(name), shape.surface, picture, camera, window, start, renderer,
+            model, shape.surface, picture, camera, window, start, renderer,
             face.dressed[name], whiten=whiten,
         )  # fmt: skip
         kind, white = TEXTURE.name, whiten
     else:
         error = local_error(
-            face.local(name), shape.outer, picture, camera, replace(window, scale=face.la_scale),
+            model, shape.outer, picture, camera, replace(window, scale=face.la_scale),
             renderer, whiten="no" if printed else "all",
         )  # fmt: skip
         kind, white = LOCAL.name, not printed

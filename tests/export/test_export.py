@@ -37,7 +37,7 @@ from abs_engine.export.fap import LIPS, fapu, neutral, parameters
 from abs_engine.export.praat import closures
 from abs_engine.export.writing import export_run, smoothed
 from abs_engine.face.head import PROTOTYPES
-from abs_engine.face.schema import ICT_68, face_unit
+from abs_engine.face.schema import ICT_68, reading
 from abs_engine.io.morphs import read_morphs
 from abs_engine.tracking.results.smoothing import Smoothing
 from abs_engine.tracking.run_in_memory import Run
@@ -179,7 +179,7 @@ def test_another_head_closes_and_opens_its_mouth_as_the_speaker_did(run, data_di
     mesh = read_morphs(data_dir / "ict")
     upper, lower = ICT_68[62], ICT_68[66]
     size = 10.0  # mm of the model's unit
-    units = {face_unit(name): moved for name, moved in mesh.targets.items()}
+    units = {reading(name)[0]: moved for name, moved in mesh.targets.items()}
     slopes = [
         size * float(np.subtract(*units[n][[upper, lower], 1])) if n in units else 0.0
         for n in run.speaker.unit_names

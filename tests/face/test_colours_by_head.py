@@ -77,7 +77,9 @@ def flat(colour):
 def patch(colour, upper=0.5, within=0.0, beyond=0.0):
     """Probabilities by name of a colour where the mouth's place is known so far."""
     place = MouthPlace(*(np.full((1, 1), v) for v in (upper, within, beyond)))
-    return dict(zip(CLASSES, red().probabilities(flat(colour), 0.0, place)[:, 0, 0], strict=True))
+    return dict(
+        zip(CLASSES, red().compared(flat(colour)).probabilities(place=place)[:, 0, 0], strict=True)
+    )
 
 
 def seen(classes, colour):
@@ -358,15 +360,15 @@ def test_the_edge_of_a_lip_is_no_tooth_within_the_outline():
     assert classes.mixed
     between = flat(0.5 * np.array(SKIN) + 0.5 * np.array(LIPS))
     place = MouthPlace(*(np.full((1, 1), v) for v in (0.5, 1.0, 0.0)))
-    lips, teeth = classes.probabilities(between, 0.0, place)[1:3, 0, 0]
-    taken, usual = replace(classes, mixed=0).probabilities(between, 0.0, place)[1:3, 0, 0]
+    lips, teeth = classes.compared(between).probabilities(place=place)[1:3, 0, 0]
+    taken, usual = replace(classes, mixed=0).compared(between).probabilities(place=place)[1:3, 0, 0]
     assert teeth < 0.5 * usual
     assert lips > taken
 
 
 def test_a_lip_of_the_skins_colour_stays_a_lip_within_its_outline():
     place = MouthPlace(*(np.full((1, 1), v) for v in (0.5, 1.0, 0.0)))
-    shown = pale().probabilities(flat(SKIN), 0.0, place)[:, 0, 0]
+    shown = pale().compared(flat(SKIN)).probabilities(place=place)[:, 0, 0]
     assert CLASSES[int(shown.argmax())] == "lips"
 
 
@@ -395,8 +397,8 @@ def test_each_lip_is_compared_with_its_own_colours():
     upper, lower = (150, 70, 100), (190, 95, 75)
     classes = learned(upper, lower)
     told = {
-        (name, share): classes.probabilities(
-            flat(colour), 0.0, MouthPlace(*(np.full((1, 1), v) for v in (share, 0.0, 0.0)))
+        (name, share): classes.compared(flat(colour)).probabilities(
+            place=MouthPlace(*(np.full((1, 1), v) for v in (share, 0.0, 0.0)))
         )[CLASSES.index("lips"), 0, 0]
         for name, colour in (("upper", upper), ("lower", lower))
         for share in (0.0, 1.0)
@@ -441,7 +443,7 @@ def teeth_begin(edge, mixing=2.0):
     split[..., 1:] = coarse.repeat(2, axis=0).repeat(2, axis=1)
     video = cv2.cvtColor(split, cv2.COLOR_YCrCb2RGB)
     place = MouthPlace(*(np.full(video.shape[:2], v) for v in (1.0, 1.0, 0.0)), mixing)
-    lips = red().probabilities(matched(video), 0.0, place)[CLASSES.index("lips")]
+    lips = red().compared(matched(video)).probabilities(place=place)[CLASSES.index("lips")]
     return 8 + float(lips[8 : edge + 10, 8].sum())
 
 

@@ -144,7 +144,7 @@ def test_points_determine_all_parameters_together(ball):
 def test_the_improbable_is_a_gaussian_then_exponential():
     rng = np.random.default_rng(3)
     corpus = rng.normal(size=(400, 3)) * [1, 2, 0.5] + [0, 1, 0]
-    penalty = ImprobablePenalty.of_corpus(corpus, strength=0.1)
+    penalty = replace(ImprobablePenalty.of_corpus(corpus), strength=0.1)
     assert penalty(corpus.mean(axis=0)) == pytest.approx(0, abs=1e-9)
     assert 0.08 < penalty(corpus).mean() < 0.14  # the distance is 1 on average
     far = corpus.mean(axis=0) + np.array([[4.0, 8, 2], [40.0, 80, 20], [1e6, 0, 0]])

@@ -133,8 +133,9 @@ def test_parts_and_constant_models_are_not_stored_twice(whole):
 
 
 def test_other_constant_models_are_stored(face, tmp_path):
+    tex, la = (model.constant() for model in (face.tex_lin, face.la_lin))
     other = replace(
-        face, tex_cst=face.tex_lin.constant([0.5, 0.5]), la_cst=face.la_lin.constant([0.5, 0.5])
+        face, tex_cst=replace(tex, base=tex.base + 1), la_cst=replace(la, base=la.base + 1)
     )
     save_talking(tmp_path / FACE, other, "clara", "")
     same(load_talking(tmp_path / FACE).face, other)

@@ -17,7 +17,7 @@ from abs_engine.core.errors import (
     ModelFormatError,
     ParameterError,
 )
-from abs_engine.face.schema import FACE_UNITS, face_unit, region_of
+from abs_engine.face.schema import FACE_UNITS, reading, region_of
 from abs_engine.io.assets import load_speaker
 from abs_engine.io.morphs import read_morphs
 from abs_engine.io.morphs.obj import tiled
@@ -165,7 +165,7 @@ def test_an_obj_keeps_its_vertices_and_knows_its_people(tmp_path):
     ],
 )
 def test_names_of_morph_targets(name, unit):
-    assert face_unit(name) == unit
+    assert reading(name)[0] == unit
 
 
 def test_names_of_parts():

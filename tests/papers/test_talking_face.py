@@ -114,8 +114,6 @@ def test_what_cannot_be_asked_for(speech, face):
         talking_problem(
             face, "aam", seen.pictures[0], CAMERA, seen.poses[0], speech.shape.neutral, RENDERER
         )
-    with pytest.raises(ParameterError, match="there is no model 'la_lin'"):
-        face.texture("la_lin")
     with pytest.raises(ParameterError, match="no pictures"):
         speech.learn([], RENDERER)
 

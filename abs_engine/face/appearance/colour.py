@@ -16,7 +16,6 @@ from abs_engine.face.appearance.colour_features import CLASSES, EACH_LIP
 from abs_engine.face.appearance.colour_maps import Palette
 from abs_engine.face.appearance.exposure import Exposure
 from abs_engine.face.appearance.mixture import Mixture
-from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.settings.colour import COLOURS
 from abs_engine.io.arrays import Layout, real, truth, whole
 from abs_engine.io.npz import read_npz
@@ -106,27 +105,9 @@ class ColourClasses(Palette):
         more = np.clip(1 - abs(self.agreement - COLOURS.most_outdone), 0.0, 1.0)
         return 1 + self.weight * float(more)
 
-    def probabilities(
-        self, image: NDArray[np.generic], smoothing: float = 0.0, place: MouthPlace | None = None
-    ) -> FloatArray:
-        """Probability maps of the classes.
-
-        Parameters
-        ----------
-        image : (H, W, 3), RGB 0 to 255
-        smoothing : float
-            Width in pixels of the Hamming window that the maps are convolved with; 0 for none.
-        place : MouthPlace, optional
-            Where the mouth is known to be: what lies there is no skin, what lies elsewhere no
-            mouth, and each lip is compared with its own colours, where they are known.
-
-        Returns
-        -------
-        (4, H, W) float64
-            P(class | colour), in the order of `CLASSES`; colours that are far from every class
-            belong to none.
-        """
-        return self.compared(image).probabilities(smoothing, place)
+    def probabilities(self, image: NDArray[np.generic], smoothing: float = 0.0) -> FloatArray:
+        """Probability maps (4, H, W) of an image (H, W, 3), RGB 0 to 255: see `ComparedColours`."""
+        return self.compared(image).probabilities(smoothing)
 
     def save(self, path: Path) -> None:
         """Write an ``.npz`` that `load` reads: for each class its weights, means, covariances.

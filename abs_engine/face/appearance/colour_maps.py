@@ -100,7 +100,18 @@ class ComparedColours:
     shape: tuple[int, int]
 
     def probabilities(self, smoothing: float = 0.0, place: MouthPlace | None = None) -> FloatArray:
-        """Probability maps of the classes, (4, H, W); see `ColourClasses.probabilities`."""
+        """Probability maps (4, H, W) of the classes: P(class | colour), in the order of `CLASSES`.
+
+        Colours that are far from every class belong to none.
+
+        Parameters
+        ----------
+        smoothing : float
+            Width in pixels of the Hamming window that the maps are convolved with; 0 for none.
+        place : MouthPlace, optional
+            Where the mouth is known to be: what lies there is no skin, what lies elsewhere no
+            mouth, and each lip is compared with its own colours, where they are known.
+        """
         priors = self.palette.priors.astype(np.float32)[:, None]
         likelihood = self.palette.classes.densities(self._single) * priors
         if place is not None:

@@ -110,13 +110,11 @@ class LocalModel:
             )
         return np.asarray(self.base + np.tensordot(given[..., : len(self.modes)], self.modes, 1))
 
-    def constant(self, parameters: ArrayLike | None = None) -> LocalModel:
-        """The model with M_D = 0 (`la_cst`): the mean, or the appearance at given parameters.
-
-        All else stays, what differences are measured by too.
-        """
-        base = self.mean if parameters is None else self.at(parameters)
-        return replace(self, base=base, modes=self.modes[:0], reach=self.reach[:0], explained=0.0)
+    def constant(self) -> LocalModel:
+        """The model with M_D = 0 (`la_cst`): the mean; what differences are measured by stays."""
+        return replace(
+            self, base=self.mean, modes=self.modes[:0], reach=self.reach[:0], explained=0.0
+        )
 
     def only(self, chosen: NDArray[np.integer]) -> LocalModel:
         """The model of some of its points, indices (M,)."""

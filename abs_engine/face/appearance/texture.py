@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from abs_engine.core.arrays import FloatArray, IntArray
+from abs_engine.core.arrays import IntArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer, Scene
@@ -79,7 +79,13 @@ class TextureModel:
 
     def at(self, parameters: ArrayLike) -> NDArray[np.uint8]:
         """The texture at parameters (P,), clipped, (H, W, 3) uint8; a constant one reads none."""
-        return np.asarray(np.rint(np.clip(self._values(parameters), 0, 255)), np.uint8)
+        row = np.asarray(parameters, np.float64)
+        if len(self.modes) and row.shape != (len(self.modes),):
+            raise ParameterError(
+                f"{row.shape} parameters for a texture of {len(self.modes)}", "give one for each"
+            )
+        values = self.base + np.tensordot(row[: len(self.modes)], self.modes, 1)
+        return np.asarray(np.rint(np.clip(values, 0, 255)), np.uint8)
 
     def nomogram(self, index: int, values: ArrayLike) -> list[NDArray[np.uint8]]:
         """Textures with one parameter at each of some values (sd) and the others at zero (fig. 4).
@@ -97,13 +103,9 @@ class TextureModel:
         rows[:, index] = np.ravel(values)
         return [self.at(row) for row in rows]
 
-    def constant(self, parameters: ArrayLike | None = None) -> TextureModel:
-        """The model with M_I = 0 (`tex_cst`): the mean, or the texture at given parameters.
-
-        All else stays, what differences are measured by too.
-        """
-        base = self.mean if parameters is None else self._values(parameters).astype(np.float32)
-        return replace(self, base=base, modes=self.modes[:0], explained=0.0)
+    def constant(self) -> TextureModel:
+        """The model with M_I = 0 (`tex_cst`): the mean; what differences are measured by stays."""
+        return replace(self, base=self.mean, modes=self.modes[:0], explained=0.0)
 
     def dress(self, scene: Scene) -> Scene:
         """A scene with this texture; modes of the scene beyond the model's leave it unchanged.
@@ -148,14 +150,6 @@ class TextureModel:
         frames = np.asarray(data["frames"], np.int32)
         left = Leftover(*(np.asarray(data[k], np.float32) for k in ("spread", "common")))
         return cls(base, modes, mean, frames, float(data["explained"]), left)
-
-    def _values(self, parameters: ArrayLike) -> FloatArray:
-        row = np.asarray(parameters, np.float64)
-        if len(self.modes) and row.shape != (len(self.modes),):
-            raise ParameterError(
-                f"{row.shape} parameters for a texture of {len(self.modes)}", "give one for each"
-            )
-        return np.asarray(self.base + np.tensordot(row[: len(self.modes)], self.modes, 1))
 
 
 def learn_texture(

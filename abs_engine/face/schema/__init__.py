@@ -40,7 +40,6 @@ from abs_engine.face.schema.units import (
     Pair,
     Unit,
     by_unit,
-    face_unit,
     reading,
     units_of,
 )
@@ -78,7 +77,6 @@ __all__ = [
     "Unit",
     "by_unit",
     "drawn_targets",
-    "face_unit",
     "less_of",
     "macro_targets",
     "reading",

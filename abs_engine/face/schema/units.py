@@ -87,16 +87,11 @@ _BY_PLAIN = {name.lower(): (name, WHOLE, "") for name in FACE_UNITS} | {
 }
 
 
-def face_unit(name: str) -> str | None:
-    """The face unit that a morph target's name means; None where it means none.
+def reading(name: str) -> tuple[str | None, int, str]:
+    """The face unit that a name means, how it does (`WHOLE`, ...), and the side that is a half.
 
     A side that the unit does not have, as in ``cheekPuff_L``, is a part of the unit.
     """
-    return reading(name)[0]
-
-
-def reading(name: str) -> tuple[str | None, int, str]:
-    """The face unit that a name means, how it does (`WHOLE`, ...), and the side that is a half."""
     parts = name.split(".")  # Maya puts the deformer before the name, others a side behind it
     own = parts[-1] if len(parts[-1]) > 1 else "_".join(parts[-2:])
     words = [word for word in re.split(r"[^a-z0-9]+", own.lower()) if word]
