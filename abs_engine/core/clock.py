@@ -7,7 +7,7 @@ import threading
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,6 +15,19 @@ Item = TypeVar("Item")
 TIMING = "timing.json"
 """What a result took: the only file of it that differs from one time to the next."""
 _END = object()
+
+
+def made_within(
+    scope: Callable[[], AbstractContextManager[object]], items: Iterable[Item]
+) -> Iterator[Item]:
+    """The same items, each made within a context of its own, and used outside of it."""
+    source = iter(items)
+    while True:
+        with scope():
+            item = next(source, _END)
+        if item is _END:
+            return
+        yield item  # type: ignore[misc]  # never _END
 
 
 class Clock:
@@ -44,13 +57,7 @@ class Clock:
 
     def over(self, name: str, items: Iterable[Item]) -> Iterator[Item]:
         """The same items, the time that making them takes counted as that of `name`."""
-        source = iter(items)
-        while True:
-            with self.part(name):
-                item = next(source, _END)
-            if item is _END:
-                return
-            yield item  # type: ignore[misc]  # never _END
+        return made_within(lambda: self.part(name), items)
 
 
 def write_timing(folder: Path, timing: Mapping[str, Any]) -> None:

@@ -9,9 +9,10 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.blocks import POSTURE
+from abs_engine.core.clock import made_within
 from abs_engine.core.errors import OutOfPictureError
 from abs_engine.core.geometry import Pose
-from abs_engine.core.numpy_errors import made_as_usual
+from abs_engine.core.numpy_errors import as_usual
 from abs_engine.core.pose import at_base
 from abs_engine.core.threads import DEPTH, ahead, closed_after, one_thread, workers
 from abs_engine.face.base import Face
@@ -57,7 +58,7 @@ def track(
     """
     shots = (Shot(image, k, setting.time_of(k)) for k, image in enumerate(images))
     with closed_after(track_shots(setting, shots, memory, journal)) as found:
-        for shot, result in made_as_usual(found):
+        for shot, result in made_within(as_usual, found):
             yield shot.image, result
 
 
