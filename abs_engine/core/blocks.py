@@ -17,13 +17,7 @@ POSE, POSTURE, IDENTITY = "pose", "posture", "identity"
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Blocks of parameters by name, in the order in which they stand in a flat vector.
-
-    Parameters
-    ----------
-    specs : mapping of str to ParamSpec
-        What the numbers of each block mean.
-    """
+    """Blocks of parameters by name, in the order in which they stand in a flat vector."""
 
     specs: Mapping[str, ParamSpec]
 
@@ -69,13 +63,7 @@ class Blocks:
         return out
 
     def only(self, names: Iterable[str]) -> Blocks:
-        """Some of the blocks, in their order here.
-
-        Raises
-        ------
-        ParameterError
-            If there is no block of such a name.
-        """
+        """Some of the blocks, in their order here; `ParameterError` if there is none of a name."""
         wanted = set(names)
         unknown = wanted - set(self.specs)
         if unknown:

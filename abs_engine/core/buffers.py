@@ -71,12 +71,8 @@ class Outlines:
 class Sums:
     """Result of the fused comparison for a batch of B candidates: numbers and no image.
 
-    Parameters
-    ----------
-    total : (B,) float64
-        Sum of the pixel term over the drawn pixels.
-    pixels : (B,) int64
-        How many pixels were drawn.
+    `total` (B,) is the sum of the pixel term over the drawn pixels, `pixels` (B,) how many they
+    are.
     """
 
     total: NDArray[np.float64]

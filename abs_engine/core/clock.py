@@ -33,11 +33,8 @@ def made_within(
 class Clock:
     """Sums of processor seconds by what they were spent on.
 
-    Parameters
-    ----------
-    read : callable
-        The clock: that of this process, all threads of it, or `time.thread_time`, for parts that
-        run in threads beside each other.
+    The clock is read by `read`: that of this process, all threads of it, or `time.thread_time`, for
+    parts that run in threads beside each other.
     """
 
     def __init__(self, read: Callable[[], float] = time.process_time) -> None:

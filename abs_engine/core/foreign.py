@@ -55,12 +55,7 @@ def reason(error: BaseException) -> str:
 def blamed(
     what: str, kind: type[AbsEngineError] = PluginError, remedy: str = "correct its plugin"
 ) -> Iterator[None]:
-    """Errors of a plugin's part, `what`, as one of a kind that names it; named ones stay.
-
-    Raises
-    ------
-    AbsEngineError
-    """
+    """Raise errors of a plugin's part, `what`, as one of a kind that names it; named ones stay."""
     try:
         yield
     except AbsEngineError:

@@ -101,13 +101,9 @@ def _outside(vertices: FloatArray) -> MeshError:
 
 
 def edges_of(faces: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Edges of facets (F, 3), each once, and how many facets each is an edge of.
+    """Edges (E, 2) of facets (F, 3), each once, and how many facets (E,) each is an edge of.
 
-    Returns
-    -------
-    edges : (E, 2) int64
-        The smaller vertex first; in the order of their vertices.
-    count : (E,) int64
+    The smaller vertex is first; they are in the order of their vertices.
     """
     both = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     size = int(both.max(initial=0)) + 1
@@ -117,22 +113,9 @@ def edges_of(faces: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.
 
 
 def vertex_normals(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
-    """Area-weighted unit vertex normals.
+    """Area-weighted unit normals of vertices (V, 3); zero where no adjacent facet has an area.
 
-    Parameters
-    ----------
-    vertices : (V, 3) float64
-    faces : (F, 3) int32
-
-    Returns
-    -------
-    (V, 3) float64
-        Unit length, or zero where no adjacent facet has an area.
-
-    Raises
-    ------
-    MeshError
-        If a facet has a corner that is none of the vertices.
+    Raises `MeshError` if a facet (F, 3) has a corner that is none of the vertices.
     """
     from abs_engine.core.facet_loops import unit_normals  # numba takes a while to import
 
@@ -235,16 +218,7 @@ def _rotation(x: float, y: float, z: float) -> FloatArray:
 
 
 def rotations(vectors: FloatArray) -> FloatArray:
-    """Rotation matrices of many rotation vectors (Rodrigues).
-
-    Parameters
-    ----------
-    vectors : (B, 3) float64, radians
-
-    Returns
-    -------
-    (B, 3, 3) float64
-    """
+    """Rotation matrices (B, 3, 3) of rotation vectors (B, 3), radians (Rodrigues)."""
     if len(vectors) == 1:  # twenty times as quick, and what every evaluation of a fit asks for
         return _rotation(*vectors[0].tolist())[None]
     angle = np.linalg.norm(vectors, axis=1)

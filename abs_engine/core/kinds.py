@@ -46,12 +46,7 @@ def checked_frame(frame: int, count: int) -> int:
 def to_path(name: str, value: str | os.PathLike[str]) -> Path:
     """The path that was given under a name.
 
-    Raises
-    ------
-    ParameterError
-        If it is not a path, or is empty.
-    InputFileError
-        If it is an address, see `check_no_address`.
+    Raises `ParameterError` if it is not a path, or is empty, and as `check_no_address`.
     """
     check_kind(name, value, PATH)
     if value == "":  # Path would take it for the current folder

@@ -13,16 +13,7 @@ _SAMPLES = 4000
 def radial_factor(distortion: FloatArray, r2: FloatArray) -> FloatArray:
     """The factor by which a lens moves points away from its axis, or towards it.
 
-    Parameters
-    ----------
-    distortion : (8,) float64
-        As in `Camera`.
-    r2 : (...) float64
-        Squared radii, normalised units.
-
-    Returns
-    -------
-    (...) float64
+    Of squared radii, normalised units; the distortion (8,) is as in `Camera`.
     """
     k1, k2, _, _, k3, k4, k5, k6 = distortion
     over = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
@@ -31,14 +22,9 @@ def radial_factor(distortion: FloatArray, r2: FloatArray) -> FloatArray:
 
 
 def unfolded(distortion: FloatArray, most: float) -> float:
-    """The largest r^2, `most` or less, up to which the distorted radius grows.
+    """The largest r^2, normalised units, `most` or less, up to which the distorted radius grows.
 
-    Parameters
-    ----------
-    distortion : (8,) float64
-        As in `Camera`.
-    most : float
-        Squared radius, normalised units; returned as it is if the distorted radius grows up to it.
+    The distortion (8,) is as in `Camera`.
     """
     if not 0 < most < np.inf:
         return most

@@ -16,19 +16,9 @@ _ROUNDING = 1e-9  # of the points' distances, mm
 def nearest_on_facets(
     triangles: FloatArray, points: FloatArray
 ) -> tuple[NDArray[np.int64], FloatArray]:
-    """The facet nearest to each point, and the place on it.
+    """The facet (N,) of (F, 3, 3) nearest to each point (N, 3), and the place (N, 3) on it.
 
-    Parameters
-    ----------
-    triangles : (F, 3, 3) float64
-        Corners of the facets.
-    points : (N, 3) float64
-
-    Returns
-    -------
-    facet : (N,) int64
-        Of several that are as near, the first.
-    place : (N, 3) float64
+    Of several facets that are as near, it is the first.
     """
     centre = triangles.mean(axis=1)
     reach = np.linalg.norm(triangles - centre[:, None], axis=2).max(axis=1)

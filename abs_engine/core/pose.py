@@ -38,11 +38,7 @@ class PoseFrame:
     def candidates(self, vectors: FloatArray, weights: FloatArray | None = None) -> Candidates:
         """Candidates of parameter vectors (B, 6 + P), rotation and translation in camera axes.
 
-        Parameters
-        ----------
-        vectors : (B, 6 + P) float64
-        weights : (B, P') float64, optional
-            Weights to use in place of the vectors' own.
+        `weights` (B, P') are used in place of the vectors' own.
         """
         turned = rotations(vectors[:, :3]) @ self.base.rotation
         centre = self._centre + vectors[:, 3:6]
@@ -83,10 +79,7 @@ def parted(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
 def pose_moves(arms: FloatArray) -> FloatArray:
     """Motion of points for a step of the pose, rotation then translation, camera axes, (6, N, 3).
 
-    Parameters
-    ----------
-    arms : (N, 3) float64, mm
-        From the point that the pose turns about, camera axes.
+    `arms` (N, 3), mm, lead to them from the point that the pose turns about, camera axes.
     """
     moves = np.zeros((_POSE, *arms.shape))
     for axis in range(3):

@@ -31,11 +31,8 @@ _DATA = (
 def made_by() -> dict[str, Any]:
     """Provenance of a result: the code that made it.
 
-    Returns
-    -------
-    dict
-        `engine_version`; `commit`, its full name, or None where it is not known; `dirty`, whether
-        `CODE` had changes that are in no commit, None where that is not known.
+    `engine_version`; `commit`, its full name, or None where it is not known; `dirty`, whether
+    `CODE` had changes that are in no commit, None where that is not known.
     """
     commit, dirty = _of_checkout(_PACKAGE.parent) or _of_wheel() or (None, None)
     return {"engine_version": engine_version(), "commit": commit, "dirty": dirty}
@@ -51,11 +48,8 @@ def described(made: Mapping[str, Any]) -> str:
 def caution(sources: Mapping[str, Mapping[str, Any]]) -> str | None:
     """Reason why a page may not be published; None where it may.
 
-    Parameters
-    ----------
-    sources : mapping of str to mapping
-        What its figures come from, each in a few words, and the provenance of it: what `made_by`
-        gave then, or an older result.
+    `sources` are what its figures come from, each in a few words, and the provenance of it: what
+    `made_by` gave then, or an older result.
     """
     unknown = [name for name, made in sources.items() if made.get("commit") is None]
     changed = [

@@ -37,12 +37,7 @@ _FEW = 6  # names that are listed beside the nearest
 class Registry:
     """Entries of one kind by name, each imported when it is first asked for.
 
-    Parameters
-    ----------
-    kind : str
-        What its entries are, in the singular: "model", "driver".
-    has : tuple of str
-        Attributes that every entry has.
+    `kind` is what they are, in the singular: "model", "driver"; `has` are attributes that all have.
     """
 
     def __init__(self, kind: str, has: tuple[str, ...] = ()) -> None:

@@ -138,12 +138,7 @@ def workers(renderer: object) -> int:
 class Behind:
     """Calls made by a thread, in their order; a context manager that waits for them.
 
-    A call that fails raises from a later one, or at the end.
-
-    Parameters
-    ----------
-    depth : int
-        Calls that wait at most.
+    A call that fails raises from a later one, or at the end. At most `depth` calls wait.
     """
 
     def __init__(self, depth: int = DEPTH) -> None:
@@ -172,10 +167,7 @@ class Behind:
 class _Counted:
     """Context that the first user begins and the last one ends, in whatever order they leave.
 
-    Parameters
-    ----------
-    begin : callable
-        Returns what ends it.
+    `begin` returns what ends it.
     """
 
     def __init__(self, begin: Callable[[], Callable[[], Any]]) -> None:

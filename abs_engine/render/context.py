@@ -183,12 +183,7 @@ class GLContext:
 
 
 class NoOpenGLError(OpenGLError):
-    """No wanted backend works.
-
-    Parameters
-    ----------
-    attempts : tuple of Attempt
-    """
+    """No wanted backend works; `attempts` say why."""
 
     def __init__(self, attempts: tuple[Attempt, ...]) -> None:
         tried = "; ".join(f"{a.backend}: {a.detail}" for a in attempts)

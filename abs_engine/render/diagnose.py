@@ -30,12 +30,7 @@ PROBE_SECONDS = 60
 class Timing:
     """Time of one evaluation: 1,280 facets, 64x64 pixels, colour error.
 
-    Parameters
-    ----------
-    milliseconds : float or None
-        The median, or None where the way does not run.
-    detail : str
-        Why it does not run.
+    The median, or None where the way does not run, and then why.
     """
 
     way: str

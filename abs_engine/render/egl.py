@@ -28,10 +28,7 @@ VERSIONS = ((4, 5), (4, 3))  # 4.3: compute shaders and storage buffers
 class EglContext:
     """A current-able EGL context; `with` makes it current and restores what was current before.
 
-    Parameters
-    ----------
-    display, context : int
-        EGLDisplay and EGLContext.
+    `display` is an EGLDisplay, `context` an EGLContext.
     """
 
     def __init__(self, egl: ctypes.CDLL, display: int, context: int) -> None:
@@ -46,10 +43,7 @@ class EglContext:
     def make_current(self) -> None:
         """Make the context current on this thread.
 
-        Raises
-        ------
-        OpenGLError
-            If another thread holds it, or the driver has lost it.
+        Raises `OpenGLError` if another thread holds it, or the driver has lost it.
         """
         egl = self._egl
         egl.eglBindAPI(_OPENGL_API)
@@ -90,13 +84,7 @@ class EglContext:
 
 
 def load_egl() -> ctypes.CDLL:
-    """The EGL library with its signatures declared.
-
-    Raises
-    ------
-    OpenGLError
-        If it cannot be loaded.
-    """
+    """The EGL library with its signatures declared; `OpenGLError` if it cannot be loaded."""
     try:
         egl = ctypes.CDLL("libEGL.so.1")
     except OSError as error:
@@ -125,10 +113,7 @@ _SIGNATURES: tuple[tuple[Any, ...], ...] = (
 def open_surfaceless() -> EglContext:
     """A context on Mesa's surfaceless platform (llvmpipe where there is no GPU).
 
-    Raises
-    ------
-    OpenGLError
-        If EGL or a Mesa driver is missing.
+    Raises `OpenGLError` if EGL or a Mesa driver is missing.
     """
     egl = load_egl()
     return _open_display(egl, _platform_display(egl, _SURFACELESS, None))
@@ -137,10 +122,7 @@ def open_surfaceless() -> EglContext:
 def hardware_devices() -> list[int]:
     """EGLDeviceEXT handles of the devices that do not declare themselves software.
 
-    Raises
-    ------
-    OpenGLError
-        If EGL is missing or cannot list devices.
+    Raises `OpenGLError` if EGL is missing or cannot list devices.
     """
     egl = load_egl()
     query = _extension(egl, "eglQueryDevicesEXT", c_int, c_int, c_void_p, c_void_p)
@@ -155,17 +137,9 @@ def hardware_devices() -> list[int]:
 
 
 def open_device(device: int) -> EglContext:
-    """A context on one EGL device.
+    """A context on one EGL device, a handle of `hardware_devices`.
 
-    Parameters
-    ----------
-    device : int
-        EGLDeviceEXT handle out of `hardware_devices`.
-
-    Raises
-    ------
-    OpenGLError
-        If the device gives no desktop OpenGL.
+    Raises `OpenGLError` if the device gives no desktop OpenGL.
     """
     egl = load_egl()
     return _open_display(egl, _platform_display(egl, _DEVICE, device))

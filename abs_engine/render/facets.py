@@ -24,14 +24,9 @@ def draw_buffers(
 ) -> list[Buffers]:
     """Draw one candidate into each layer of a target of `ALL_BUFFERS`, and read them.
 
-    Parameters
-    ----------
-    clips : moderngl.Buffer
-        (L, V, 4) float32 clip coordinates.
-    weights : (L, P) float64
-        Of the modes, for a texture that depends on them.
-    kept : int, optional
-        Of one candidate, how many facets of `upload.kept_facets` are drawn; all by default.
+    `clips` are (L, V, 4) float32 clip coordinates; `weights` (L, P) are of the modes, for a texture
+    that depends on them. Of one candidate, `kept` of `upload.kept_facets` are drawn; by default
+    all.
     """
     layers = target.size[2]
     defines = ("LAYERED", *upload.texture_defines) if layers > 1 else upload.texture_defines

@@ -34,16 +34,8 @@ def can_layer(gl: GLContext) -> bool:
 class InstancedPath:
     """Batches into layers; made for GPUs.
 
-    Parameters
-    ----------
-    pool : TargetPool
-    scenes, terms : WeakCache
-        Uploads of scenes and of pixel terms.
-
-    Raises
-    ------
-    OpenGLError
-        If the driver cannot choose the layer in the vertex shader.
+    `scenes` and `terms` are uploads. Raises `OpenGLError` if the driver cannot choose the layer in
+    the vertex shader.
     """
 
     def __init__(

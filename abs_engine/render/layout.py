@@ -70,7 +70,7 @@ def _labelled(scene: Scene, labels: NDArray[np.int32]) -> Layout:
 
 @numba.njit(**LOOP)
 def submit(clip, source, faces, cull, size, positions, indices, near):
-    """Spread vertices to the layout and keep the facets that can cover a pixel centre.
+    """Spread vertices to the layout and keep the facets that can cover a pixel centre; how many.
 
     llvmpipe spends several times longer on a triangle that it then throws away than these loops.
     What is kept errs on the safe side, and OpenGL decides in the end: the margin is well over its
@@ -87,11 +87,6 @@ def submit(clip, source, faces, cull, size, positions, indices, near):
     indices : (F, 3) int32, out
     near : float
         Facets that reach below this w are kept whole, mm.
-
-    Returns
-    -------
-    int
-        How many facets were kept.
     """
     width, height = size
     n = source.size
@@ -113,21 +108,10 @@ def submit(clip, source, faces, cull, size, positions, indices, near):
 
 @numba.njit(**LOOP)
 def worth_drawing(clip, faces, cull, size, near, kept):
-    """Facets that can cover a pixel centre, as `submit` keeps them, in their order.
+    """Number of facets that can cover a pixel centre, as `submit` keeps them, in their order.
 
-    Parameters
-    ----------
-    clip : (V, 4) float32
-    faces : (F, 3) int32
-        The scene's own.
-    cull, size, near : as in `submit`
-    kept : (F,) int32, out
-        Their numbers.
-
-    Returns
-    -------
-    int
-        How many were kept.
+    `clip` is (V, 4) float32, `faces` (F, 3) the scene's own; `cull`, `size` and `near` are as in
+    `submit`. `kept` (F,) int32 becomes their numbers.
     """
     x, y = np.empty(len(clip), np.float32), np.empty(len(clip), np.float32)
     for i in range(len(clip)):

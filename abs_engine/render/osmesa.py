@@ -14,14 +14,9 @@ _MAJOR, _MINOR, _DEPTH_BITS, _UNSIGNED_BYTE = 0x36, 0x37, 0x30, 0x1401
 
 
 class OSMesaContext:
-    """A context that moderngl takes; `with` makes it current and restores what was before.
+    """An OSMesaContext that moderngl takes; `with` makes it current and restores what was before.
 
     OSMesa needs a colour buffer of its own to be current; it is 4x4 and never drawn to.
-
-    Parameters
-    ----------
-    context : int
-        OSMesaContext.
     """
 
     def __init__(self, library: ctypes.CDLL, context: int) -> None:
@@ -33,13 +28,7 @@ class OSMesaContext:
         return int(self._library.OSMesaGetProcAddress(name.encode()) or 0)
 
     def make_current(self) -> None:
-        """Make the context current on this thread.
-
-        Raises
-        ------
-        OpenGLError
-            If the library refuses.
-        """
+        """Make the context current on this thread; `OpenGLError` if the library refuses."""
         made = self._library.OSMesaMakeCurrent(self._context, self._pixels, _UNSIGNED_BYTE, 4, 4)
         if not made:
             raise OpenGLError("OSMesa refuses to be made current", PACKAGES_OSMESA)
@@ -64,10 +53,7 @@ class OSMesaContext:
 def open_osmesa() -> OSMesaContext:
     """An OSMesa context, OpenGL 4.3 core or later, current on this thread.
 
-    Raises
-    ------
-    OpenGLError
-        If the library is missing or gives no such context.
+    Raises `OpenGLError` if the library is missing or gives no such context.
     """
     library = _load()
     for minor in (5, 3):

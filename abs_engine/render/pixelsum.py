@@ -51,13 +51,10 @@ def colour_error(
 
 
 def texel_cells(texture: NDArray[np.uint8]) -> NDArray[np.int32]:
-    """The texture with each texel's right, lower and lower right neighbour beside it.
+    """A texture (3, h, w) int32 with each texel's right, lower and lower right neighbour beside it.
 
-    Returns
-    -------
-    (3, h, w) int32
-        For each channel the four values that bilinear interpolation needs, eight bits each, so
-        that they come with one load; the edge is repeated.
+    For each channel the four values that bilinear interpolation needs, eight bits each, so that
+    they come with one load; the edge is repeated.
     """
     padded = np.pad(texture, ((0, 1), (0, 1), (0, 0)), mode="edge").astype(np.uint32)
     upper = padded[:-1, :-1] | padded[:-1, 1:] << 8
@@ -67,18 +64,7 @@ def texel_cells(texture: NDArray[np.uint8]) -> NDArray[np.int32]:
 
 @numba.njit(**LOOP)
 def sum_class_maps(classes, maps):
-    """Sum of each drawn pixel's map value.
-
-    Parameters
-    ----------
-    classes : (H, W) int32; 0 is background
-    maps : (C, H, W) float32
-
-    Returns
-    -------
-    tuple of float and int
-        The sum, and how many pixels were drawn.
-    """
+    """Sum of maps (C, H, W) over the pixels of drawn classes (H, W), not 0, and how many."""
     total, pixels = 0.0, 0
     for y in range(classes.shape[0]):
         for x in range(classes.shape[1]):
@@ -91,19 +77,10 @@ def sum_class_maps(classes, maps):
 
 @numba.njit(**LOOP)
 def sum_colour_error(uv, cells, target):
-    """Sum of squared differences of luminance-normalised RGB, added up in float64 row by row.
+    """Sum of squared differences of luminance-normalised RGB, and how many pixels were drawn.
 
-    Parameters
-    ----------
-    uv : (H, W, 2) float32; see `colour_error`
-    cells : (3, h, w) int32; see `texel_cells`
-    target : (3, H, W) float32
-        The normalised frame.
-
-    Returns
-    -------
-    tuple of float and int
-        The sum, and how many pixels were drawn.
+    It is added up in float64 row by row. `uv` (H, W, 2) is as in `colour_error`, `cells` (3, h, w)
+    as in `texel_cells`; `target` (3, H, W) is the normalised frame.
     """
     height, width, _ = uv.shape
     _, texture_height, texture_width = cells.shape

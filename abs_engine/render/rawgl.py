@@ -32,13 +32,7 @@ def _four(value: float) -> Any:
 
 
 class RawGL:
-    """Depth array textures and typed clears.
-
-    Parameters
-    ----------
-    load : callable
-        Gives the address of a GL function by name.
-    """
+    """Depth array textures and typed clears; `load` gives the address of a GL function by name."""
 
     def __init__(self, load: Callable[[str], int]) -> None:
         self._call = {

@@ -20,13 +20,7 @@ _REMEDY = "update the OpenGL driver, or use the CPU rasteriser (renderer cpu)"
 
 @dataclass(frozen=True)
 class Source:
-    """A shader's text and where each of its lines comes from.
-
-    Parameters
-    ----------
-    origins : tuple of str
-        "file:line" for each line of `text`.
-    """
+    """A shader's text and where each of its lines comes from: "file:line" for each in `origins`."""
 
     text: str
     origins: tuple[str, ...]
@@ -35,10 +29,7 @@ class Source:
 def shader_folder() -> Traversable:
     """The folder of shader files: the package's own, or the repository's in a checkout.
 
-    Raises
-    ------
-    OpenGLError
-        If neither exists.
+    Raises `OpenGLError` if neither exists.
     """
     repository = Path(__file__).resolve().parents[2] / "shaders"
     for folder in (resources.files("abs_engine") / "_data" / "shaders", repository):
@@ -48,21 +39,10 @@ def shader_folder() -> Traversable:
 
 
 def load(name: str, defines: tuple[str, ...] = (), folder: Traversable | None = None) -> Source:
-    """Read a shader file and what it includes.
+    """Read a shader file of a folder, by default `shader_folder`, and what it includes.
 
-    Parameters
-    ----------
-    name : str
-        File name inside the shader folder.
-    defines : tuple of str
-        Names that are `#define`d to 1.
-    folder : Traversable, optional
-        Where to look instead of `shader_folder()`.
-
-    Raises
-    ------
-    OpenGLError
-        If a file is missing or includes itself.
+    Names in `defines` are `#define`d to 1. Raises `OpenGLError` if a file is missing or includes
+    itself.
     """
     lines = [(VERSION, "version line"), *((f"#define {d} 1", "defines") for d in defines)]
     lines += _read(name, folder or shader_folder(), ())
@@ -89,10 +69,7 @@ def _read(name: str, folder: Traversable, inside: tuple[str, ...]) -> list[tuple
 def program(ctx: moderngl.Context, vertex: Source, fragment: Source) -> moderngl.Program:
     """Compile and link a drawing program.
 
-    Raises
-    ------
-    OpenGLError
-        If the driver refuses; the message names file and line.
+    Raises `OpenGLError`, which names file and line, if the driver refuses.
     """
     try:
         return ctx.program(vertex_shader=vertex.text, fragment_shader=fragment.text)

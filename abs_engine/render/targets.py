@@ -25,12 +25,8 @@ POOL_SIZE = 6
 class Target:
     """A framebuffer of array textures, one layer for each candidate.
 
-    Parameters
-    ----------
-    size : tuple of int
-        Width, height, layers.
-    formats : tuple of (int, str)
-        Components and moderngl dtype of each colour attachment.
+    `size` is width, height and layers; `formats` are components and moderngl dtype of each colour
+    attachment.
     """
 
     def __init__(self, gl: GLContext, size: tuple[int, int, int], formats: Formats) -> None:
@@ -102,12 +98,7 @@ class TargetPool:
 class Canvas:
     """A multisampled framebuffer and the plain one it is resolved to, for one picture at a time.
 
-    Parameters
-    ----------
-    size : tuple of int
-        Width and height.
-    samples : int
-        Samples a pixel.
+    `size` is width and height; there are so many `samples` a pixel.
     """
 
     def __init__(self, gl: GLContext, size: tuple[int, int], samples: int) -> None:

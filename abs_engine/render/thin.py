@@ -22,14 +22,7 @@ from abs_engine.render.vertex import clip_positions
 
 
 class ThinPath:
-    """One draw for each candidate; made for software rasterisers.
-
-    Parameters
-    ----------
-    pool : TargetPool
-    scenes : WeakCache
-        Uploads of scenes.
-    """
+    """One draw for each candidate; made for software rasterisers."""
 
     def __init__(
         self,

@@ -21,12 +21,7 @@ _KINDS = {
 
 
 def check_renderer(name: str, renderer: Renderer) -> None:
-    """Refuse a renderer that is not the engine's own and draws no buffers of the window.
-
-    Raises
-    ------
-    PluginError
-    """
+    """Raise `PluginError` if a renderer, not the engine's own, draws no buffers of the window."""
     if own(type(renderer)):
         return
     lacks = [part for part in ("description", "draw", "close") if not hasattr(renderer, part)]

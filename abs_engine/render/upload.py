@@ -31,15 +31,10 @@ V = TypeVar("V", bound=Releasable)
 
 
 class WeakCache(Generic[K, V]):
-    """Uploads by the identity of what they came from.
+    """Uploads that `make` makes, by the identity of what they came from.
 
     When the Python object dies, its upload is only put aside: the garbage collector may run in
     another thread or while another context is current. `sweep` frees what was put aside.
-
-    Parameters
-    ----------
-    make : callable
-        Makes the upload of an object.
     """
 
     def __init__(self, make: Callable[[K], V]) -> None:
@@ -85,12 +80,8 @@ class WeakCache(Generic[K, V]):
 class Labelled:
     """Facets that carry labels; the CPU places their vertices and selects which are drawn.
 
-    Parameters
-    ----------
-    name : str
-        Of what the labels are.
-    buffer, reserve : callable
-        Make a buffer from an array, and an empty one of a number of bytes.
+    `name` says of what the labels are; `buffer` and `reserve` make a buffer from an array, and an
+    empty one of a number of bytes.
     """
 
     def __init__(
@@ -234,11 +225,7 @@ class SceneUpload:
     def use_texture(self, program: Any, weights: NDArray[np.float64]) -> None:
         """Bind the skin, and what it depends on, for a program with `texture_defines`.
 
-        Parameters
-        ----------
-        program : moderngl.Program or moderngl.ComputeShader
-        weights : (L, P) float64
-            Of the modes, for each layer that is drawn or read.
+        `weights` (L, P) are of the modes, for each layer that is drawn or read.
         """
         self.texture.use(SKIN)
         if self.texture_defines:
@@ -268,12 +255,7 @@ class SceneUpload:
 
 
 class TermUpload:
-    """The images of one pixel term as a texture.
-
-    Parameters
-    ----------
-    term : ClassMaps or ColourError
-    """
+    """The images of one pixel term as a texture."""
 
     def __init__(self, gl: GLContext, term: PixelTerm) -> None:
         if isinstance(term, ClassMaps):

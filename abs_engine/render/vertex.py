@@ -23,28 +23,12 @@ ClipArray = NDArray[np.float32]
 def clip_positions(
     scene: Scene, candidates: Candidates, index: int, camera: Camera, clip: NDArray[np.float64]
 ) -> ClipArray:
-    """Clip coordinates of one candidate's vertices.
+    """Clip coordinates x, y, z, w (V, 4) float32, for OpenGL, of one candidate's vertices.
 
-    Every candidate is deformed by its own vector-matrix product, so that a batch gives the same
-    bits as single calls (a matrix-matrix product would round differently). Plain loops beat BLAS
-    at this size, whose threads cost more than they save.
-
-    Parameters
-    ----------
-    index : int
-        Which candidate of the batch.
-    clip : (4, 4) float64
-        `core.camera.clip_matrix(window)`.
-
-    Returns
-    -------
-    (V, 4) float32
-        x, y, z, w for OpenGL; w is z in the camera frame, mm.
-
-    Raises
-    ------
-    ParameterError
-        If the candidate has another number of weights than the scene has modes.
+    w is z in the camera frame, mm; `clip` is `camera.clip_matrix(window)`. Every candidate is
+    deformed by its own vector-matrix product, so that a batch gives the same bits as single calls
+    (a matrix-matrix product would round differently). Plain loops beat BLAS at this size, whose
+    threads cost more than they save. Raises as `check_weights`.
     """
     vertices = deform(scene.mean, scene.modes, weights_of(scene, candidates, index))
     out = np.empty((len(vertices), 4), np.float32)
