@@ -106,18 +106,10 @@ class Borders:
         local: bool,
         floor: float = COMPARISON.least_curvature,
     ) -> Borders:
-        """The borders of a drawing.
+        """The borders of a drawing, looked for so many drawn pixels, `reach`, to either side.
 
-        Parameters
-        ----------
-        drawn : Outlines
-        groups : Groups
-        reach : int
-            Drawn pixels to either side that are looked at.
-        local : bool
-            Whether only the slope where the border is counts, not where it would gain most.
-        floor : float
-            Least curvature of each.
+        If `local`, only the slope where a border is counts, not where it would gain most.
+        Curvatures are no less than `floor`.
         """
         return cls(
             *border_lines.borders(

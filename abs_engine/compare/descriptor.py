@@ -42,11 +42,8 @@ class TextureError:
 
     Parameters
     ----------
-    renderer : Renderer
     scene : Scene
         With the texture that is compared; see `TextureModel.dress`.
-    camera : Camera
-    window : Window
     term : ColourError
         The window of the frame.
     drawn : int
@@ -132,23 +129,18 @@ def texture_error(
     dressed: Scene | None = None,
     whiten: bool = False,
 ) -> TextureError:
-    """The texture error of a frame.
+    """The texture error of a frame (H, W, 3), RGB 0 to 255, the whole picture.
 
     Parameters
     ----------
-    model : TextureModel
     scene : Scene
         The shape whose pixels are S; modes in the order of the model's parameters. The paper's
         mesh is skin and lips. What shows between the lips is dark, and luminance-normalised RGB
         is mostly noise there; see `region.part` for a scene without it.
-    frame : (H, W, 3), RGB 0 to 255
-        The whole picture.
-    camera : Camera
     window : Window
         What is compared, and how finely.
     start : Candidates
         Where a fit starts, which says how many pixels there are to explain.
-    renderer : Renderer
     dressed : Scene, optional
         ``model.dress(scene)``, where it is made once for many frames.
     whiten : bool

@@ -109,28 +109,12 @@ class FacetLikelihood:
         local: bool,
         floor: float = COMPARISON.least_curvature,
     ) -> tuple[float, Borders]:
-        """-log f(O|p) of one candidate, and how it falls as the drawn borders move.
+        """-log f(O|p) of one candidate, and its borders with what it gains as they move, in nats.
 
-        Parameters
-        ----------
-        candidate : Candidates
-        reach : int
-            Drawn pixels to either side of a border that are looked at.
-        local : bool
-            Whether only the slope where it is counts, not where it would gain most.
-        floor : float
-            Least curvature of a border, of probability per pixel.
-
-        Returns
-        -------
-        float
-        Borders
-            Gains in nats.
-
-        Raises
-        ------
-        ParameterError
-            If one sample stands for a facet: then borders are not what counts.
+        Up to `reach` drawn pixels to either side of a border are looked at. If `local`, only the
+        slope where it is counts, not where it would gain most; `floor` is its least curvature, of
+        probability per pixel. Raises `ParameterError` if one sample stands for a facet: then
+        borders are not what counts.
         """
         if self.rule != "exact":
             raise ParameterError("one sample for a facet has no borders", "choose the exact sum")
@@ -155,10 +139,7 @@ class FacetLikelihood:
     def forces(self, candidate: Candidates) -> FloatArray:
         """Forces (V, 3) on one candidate's vertices, camera frame: log f(O|p) per mm.
 
-        Raises
-        ------
-        ParameterError
-            If there is nothing that pulls.
+        Raises `ParameterError` if there is nothing that pulls.
         """
         if self._pulling is None:
             raise ParameterError("nothing pulls on the facets", "make the likelihood with a pull")

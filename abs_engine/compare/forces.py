@@ -37,20 +37,10 @@ def facet_scores(
     facet_class: NDArray[np.integer],
     rule: Rule,
 ) -> FloatArray:
-    """Contribution of each facet to the sum of eq. 9.
+    """Contribution (F,) of each facet to the sum of eq. 9, in drawn pixels; 0 for hidden ones.
 
-    Parameters
-    ----------
-    buffers : Buffers or Outlines
-    maps : (C, H, W)
-        Likelihood map of each class id.
-    facet_class : (F,) int
-    rule : 'exact' or 'sample'
-
-    Returns
-    -------
-    (F,) float64
-        In drawn pixels; 0 for facets that are hidden.
+    `maps` (C, H, W) are the likelihood map of each class id, `facet_class` (F,) the facets'
+    classes.
     """
     return facet_forces(buffers, maps[:, None], facet_class, rule)[:, 0]
 
@@ -74,18 +64,8 @@ def border_forces(
 ) -> FloatArray:
     """Forces on the nodes: the derivative of eq. 7 by their places in the picture.
 
-    Parameters
-    ----------
-    buffers : Buffers
-    maps : (C, H, W)
-        What a pixel gives to a facet of each class; `maps[0]` to no facet.
-    faces : (F, 3) int
-    n_nodes : int
-
-    Returns
-    -------
-    (N, 2) float64
-        To the right and downwards, drawn pixels.
+    (N, 2) float64, to the right and downwards, drawn pixels. `maps` (C, H, W) are what a pixel
+    gives to a facet of each class; `maps[0]` to no facet.
 
     Notes
     -----

@@ -32,19 +32,12 @@ class LocalError:
 
     Parameters
     ----------
-    model : LocalModel
-    windows : Windows
-        Of the model's points.
     maps : DescriptorMaps
         Of the window of the frame.
     inverse : (N, 8) float64
         What differences are multiplied by: 1 as printed.
     mixer : (8 N, 8 N) float64, optional
         What they are multiplied by then, all together; see `LocalModel.whitener`.
-    renderer : Renderer
-    scene : Scene
-    camera : Camera
-    window : Window
     wrong : (N,) float64
         What a wrong match costs of each point, times the share of the training frames that show
         it: one that is often hidden is no offence.
@@ -113,19 +106,14 @@ def local_error(
     whiten: Whiten = "no",
     mixer: FloatArray | None = None,
 ) -> LocalError:
-    """The local appearance error of a frame.
+    """The local appearance error of a frame (H, W, 3), RGB 0 to 255, the whole picture.
 
     Parameters
     ----------
-    model : LocalModel
     scene : Scene
         The shape that hides and is hidden; the model's points are its vertices.
-    frame : (H, W, 3), RGB 0 to 255
-        The whole picture.
-    camera : Camera
     window : Window
         Where points are looked for; of the scale that the model was learned at.
-    renderer : Renderer
     whiten : {"no", "each", "all"}
         Divide differences by the spread that the model leaves unexplained, so that all components
         have a like weight, or whiten all of them together, so that what many points miss alike

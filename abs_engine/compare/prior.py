@@ -173,13 +173,8 @@ class ContactPrior(Prior):
 class PenaltyPrior(Prior):
     """A(a) beside an error (Odisio & Bailly, section 4).
 
-    Parameters
-    ----------
-    penalty : ImprobablePenalty
-    strength : float
-        What A = 1 costs, in units of the error.
-    place : slice
-        Where the articulatory parameters stand in a parameter vector.
+    A = 1 costs `strength`, in units of the error; `place` is where the articulatory parameters
+    stand in a parameter vector.
     """
 
     penalty: ImprobablePenalty

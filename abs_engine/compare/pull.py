@@ -19,13 +19,7 @@ the score, in which facets grow, too.
 
 
 def pull_rule(name: str) -> PullRule:
-    """The rule of this name.
-
-    Raises
-    ------
-    ParameterError
-        If there is none.
-    """
+    """The rule of this name; `ParameterError` if there is none."""
     for rule in PULL_RULES:
         if rule == name:
             return rule

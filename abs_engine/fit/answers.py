@@ -26,10 +26,7 @@ def answer(
 ) -> Solution:
     """End of a driver's step, one of its methods, from `start` (N,).
 
-    Raises
-    ------
-    PluginError
-        If the driver of a plugin fails, or returns anything but a solution.
+    Raises `PluginError` if the driver of a plugin fails, or returns anything but a solution.
     """
     if own(type(driver)):
         return step(objective, start, *more, **named)
@@ -84,12 +81,7 @@ def _are_numbers(given: object, shape: tuple[int, ...]) -> bool:
 
 
 def check_value(driver: object, objective: Any, said: float, value: float) -> None:
-    """Refuse a plugin's driver whose value is not the objective's where it ended.
-
-    Raises
-    ------
-    PluginError
-    """
+    """Raise `PluginError` where a plugin's driver returns another value than the objective's."""
     if own(type(driver)) or abs(said - value) <= max(unit_of(objective), _OFF * abs(value)):
         return
     raise PluginError(

@@ -30,16 +30,8 @@ _RIDGE = 1e-9  # of the largest curvature: some directions may say nothing
 class Unknown:
     """Uncertainty that is added to a fit's own.
 
-    Parameters
-    ----------
-    factor : float
-        On the standard deviation that its curvature tells.
-    least : float
-        Standard deviation at least, in the measure's unit.
-    share : float
-        And so much of the measure's size.
-    most : float
-        Most that its size adds, in the measure's unit.
+    The standard deviation that its curvature tells is multiplied by `factor`; added to it are, in
+    the measure's unit, `least` and a `share` of the measure's size, which adds no more than `most`.
     """
 
     factor: float = 1.0
@@ -97,15 +89,10 @@ class Belief:
         )
 
     def against(self, disagreement: float) -> Belief:
-        """Belief where there is another measure of the aperture.
+        """Belief where another measure of the aperture is so many joint standard deviations off.
 
-        Errors were found to grow with how far two measures lie apart. The factor is empirical: the
-        two are not independent, since the fit weighs the landmarks, too.
-
-        Parameters
-        ----------
-        disagreement : float, joint standard deviations
-            NaN where there is no other measure.
+        NaN where there is none. Errors were found to grow with how far two measures lie apart. The
+        factor is empirical: the two are not independent, since the fit weighs the landmarks, too.
         """
         factor = 1.0 if math.isnan(disagreement) else math.hypot(BELIEF.agreed, disagreement)
         return replace(self, aperture=self.aperture * factor)
@@ -113,13 +100,9 @@ class Belief:
     def resting_on_landmarks(self, share: float) -> Belief:
         """Belief where an aperture rests on landmarks rather than on colours.
 
-        How far the landmark network is off on a person is no noise of a frame, and no curvature
-        knows of it; where colours do not follow the landmarks, one of the two is wrong.
-
-        Parameters
-        ----------
-        share : float
-            Of the weight of colours that is missing, from 0 to 1.
+        A share, 0 to 1, of the weight of colours is missing. How far the landmark network is off on
+        a person is no noise of a frame, and no curvature knows of it; where colours do not follow
+        the landmarks, one of the two is wrong.
         """
         more = share * BY_LANDMARKS.deviation(np.zeros(()), max(self.gap, 0.0)) ** 2
         return replace(self, aperture=math.sqrt(self.aperture**2 + float(more)))
@@ -128,13 +111,8 @@ class Belief:
 def share_of_landmarks(face: Face, *, alone: bool) -> float:
     """Share of an aperture that rests on landmarks, from 0 to 1: what colours lack of their weight.
 
-    None of one by poor colours, whose deviations are wide as they are.
-
-    Parameters
-    ----------
-    face : Face
-    alone : bool
-        Whether nothing but landmarks was used.
+    All where nothing but landmarks, `alone`, was used. None of one by poor colours, whose
+    deviations are wide as they are.
     """
     classes = face.appearance.get(COLOUR)
     if classes is not None and classes.poor:

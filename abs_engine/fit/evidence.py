@@ -93,12 +93,7 @@ _GIVEN = {"forces": "forces", "residuals": "rows", "borders": "borders"}
 
 
 def check_given(name: str, term: Term, gives: Sequence[str]) -> None:
-    """Refuse a term that lacks what its kind says that it gives.
-
-    Raises
-    ------
-    TermError
-    """
+    """Raise `TermError` for a term that lacks what its kind says that it gives."""
     for need, method in _GIVEN.items():
         flat = need == "borders" and not getattr(term, "drawn", True)  # then rows will do
         if need in gives and not hasattr(term, "rows" if flat else method):
@@ -109,12 +104,7 @@ def check_given(name: str, term: Term, gives: Sequence[str]) -> None:
 
 
 def finite(name: str, what: str, *values: FloatArray | float) -> None:
-    """Refuse what evidence gives beside its value, and is not finite.
-
-    Raises
-    ------
-    TermError
-    """
+    """Raise `TermError` where what evidence gives beside its value is not finite."""
     if not all(np.isfinite(value).all() for value in values):
         raise TermError(
             f"the {what} of the evidence '{name}' are not finite",
@@ -125,10 +115,8 @@ def finite(name: str, what: str, *values: FloatArray | float) -> None:
 def valued(name: str, term: Term, candidates: Candidates) -> FloatArray:
     """Value of the drawing of each candidate, (B,), nats.
 
-    Raises
-    ------
-    TermError
-        If that is not a finite number for each; or if a term that is not the engine's own fails.
+    Raises `TermError` if that is not a finite number for each, or if a term that is not the
+    engine's own fails.
     """
     if own(type(term)):
         values = np.asarray(term.negative_log(candidates), np.float64)

@@ -18,17 +18,7 @@ from abs_engine.fit.settings import HEAD_FIT
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """Forces of the terms that have them, over all parameters (6 + P,).
-
-    Parameters
-    ----------
-    frame : PoseFrame
-        What the six numbers of the pose mean.
-    blocks : Blocks
-        Pose first, then the weights of the scene.
-    terms : mapping of str to Term
-        By their names.
-    """
+    """Forces of the terms that have them, over all parameters (6 + P,): pose, then weights."""
 
     frame: PoseFrame
     blocks: Blocks
@@ -37,10 +27,7 @@ class Forces:
     def generalised(self, candidate: Candidates) -> FloatArray:
         """Work (6 + P,) of all forces for a unit of each parameter.
 
-        Raises
-        ------
-        ParameterError
-            If no term has forces.
+        Raises `ParameterError` if no term has forces.
         """
         pushed = [self._work(term, candidate) for term in self._pushing()]
         finite(", ".join(self.terms), "forces", *pushed)

@@ -274,13 +274,7 @@ class Problem:
         return self.chosen(self._forces.strides(step, candidate))
 
     def give_way(self, x: FloatArray) -> FloatArray:
-        """The same before it is scaled: `mobility` times force, (N,).
-
-        Raises
-        ------
-        ParameterError
-            As `push`.
-        """
+        """The same before it is scaled: `mobility` times force, (N,); errors as `push`."""
         return self.chosen(self._given_way(x, self.candidates(x[None])))
 
     def _given_way(self, x: FloatArray, candidate: Candidates) -> FloatArray:

@@ -39,14 +39,8 @@ class Seal:
     def of(cls, gap: float, slope: FloatArray, seen: FloatArray, closed: float) -> Seal | None:
         """Of postures that were seen; none if all of them, or none, are closed.
 
-        Parameters
-        ----------
-        gap : float, mm
-        slope : (N,) float64
-        seen : (K, P) float64
-            Values of the last P parameters.
-        closed : float, mm
-            The gap below which lips are taken to touch.
+        `seen` (K, P) are values of the last P parameters; `closed`, mm, is the gap below which lips
+        are taken to touch.
         """
         gaps = gap + seen @ slope[-seen.shape[1] :]
         share = float((gaps < closed).mean())

@@ -53,14 +53,7 @@ class Phased(Minimiser, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Again:
-    """Starts of a repeated search, if what it came to is worse than usual.
-
-    Parameters
-    ----------
-    postures : (K, P) float64
-    worse : callable
-        Whether a value is worse than usual.
-    """
+    """Starts (K, P) of a repeated search, if what it came to is `worse` than usual."""
 
     postures: FloatArray
     worse: Callable[[float], bool]
@@ -121,12 +114,7 @@ def search(
     """Minimise from the best of some starts (K, N) over the free parameters, drawn in one batch.
 
     Drivers of two phases begin `again` between them. If `charged`, a limit on evaluations counts
-    those of the starts, too.
-
-    Raises
-    ------
-    PluginError
-        If the driver of a plugin fails, or returns anything but a solution.
+    those of the starts, too. Errors are those of `answer`.
     """
     spent, spec = 0, problem.spec
     if len(starts) > 1:

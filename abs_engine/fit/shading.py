@@ -41,15 +41,12 @@ NAME = "shading"
 class ShadedSkin:
     """Error of shaded skin in a frame, in nats.
 
-    A point's error counts as little as Cauchy's distribution has it: highlights, hands and hair
-    are no skin. Points near each other are wrong together, so that `SHADING.spot` of skin is one
+    A point's error counts as little as Cauchy's distribution has it: highlights, hands and hair are
+    no skin. Points near each other are wrong together, so that `SHADING.spot` of skin is one
     observation.
 
     Parameters
     ----------
-    looks : SkinShading
-    camera : Camera
-    picture : LinearPicture
     seen : (N,) bool
         Mask of the points that turn to the camera, about.
     nats : float
@@ -131,11 +128,7 @@ def with_shading(
     """The face with the shading that its skin has in some frames.
 
     Each comes with about where the head is, and a correction of that and the posture (6 + P,).
-
-    Raises
-    ------
-    ParameterError
-        If they show too little of it.
+    Raises `ParameterError` if they show too little of it.
     """
     posed = [
         (image, PoseFrame(pose, face.pivot).candidates(vector[None]))

@@ -49,9 +49,7 @@ class SharedProblem:
     held : (K, 6 + P + Q) float64
         Where each frame stands; its identity is that which is sought.
     blocks : Blocks
-        Pose and identity, see `shared_blocks`.
-    prior : GaussianPrior
-        Over both.
+        Pose and identity, see `shared_blocks`; the `prior` is over both.
     threads : int
         How many frames are evaluated at once; what is found is the same.
     """
@@ -87,14 +85,9 @@ class SharedProblem:
     def newton(
         self, x: FloatArray, reach: int, local: bool = False
     ) -> tuple[float, FloatArray, FloatArray]:
-        """Value, gradient (6 + Q,) and second derivative for a Newton step.
+        """Value, gradient (6 + Q,) and second derivative for a Newton step, as of `Problem.newton`.
 
         A correction moves a frame as a step of its own pose does, but for their turns' order.
-
-        Raises
-        ------
-        ParameterError
-            As `Problem.newton`.
         """
         value, slope = self.prior.negative_log(x), self.prior.slope(x)
         curve = self.prior.curvature(x)

@@ -40,12 +40,8 @@ class ShellSetting:
 
     Parameters
     ----------
-    model : LipModel
     scene : Scene
         Of the model.
-    classes : ColourClasses
-    camera : Camera
-    renderer : Renderer
     pose_deviation : (6,) float64 or None
         Standard deviations of the pose about the given one, rad and mm; None if it is known.
     score : {"exact", "sample"}

@@ -32,14 +32,9 @@ _NEWTON = Newton(polished=0, limit=SHELL_FIT.relaxed_limit)
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """A moment as one camera saw it.
+    """A moment as one camera saw it: its colours, and the head's pose, head to camera, held.
 
-    Parameters
-    ----------
-    colours : FacetLikelihood
-        Of the picture; its scene is replaced by that of the shell.
-    pose : Pose
-        Of the head, head to camera, held.
+    The scene of `colours` is replaced by that of the shell.
     """
 
     colours: FacetLikelihood
@@ -50,10 +45,7 @@ class Seen:
 class SharedShape:
     """-log posterior of a shape that several views share; their sum is minimised.
 
-    Parameters
-    ----------
-    problems : tuple of Problem
-        Over the posture alone; the prior is in one of them.
+    The problems are over the posture alone; the prior is in one of them.
     """
 
     problems: tuple[Problem, ...]

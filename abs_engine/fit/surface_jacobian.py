@@ -26,13 +26,9 @@ def summed_along(
     """Gain and curvature of a drawing for a unit of each parameter, by those of its borders.
 
     A parameter moves a border along its normal as it moves the surface there; the lens's distortion
-    is left out.
-
-    Returns
-    -------
-    (6 + P,), (6 + P, 6 + P)
-        The sum over borders of motion times gain, and of curvature times both motions, with the
-        gain's square over the independent observations: the value is a logarithm of a sum.
+    is left out. The sums over borders are (6 + P,) of motion times gain, and (6 + P, 6 + P) of
+    curvature times both motions, with the gain's square over the independent observations: the
+    value is a logarithm of a sum.
     """
     size = len(POSE_NAMES) + scene.n_modes
     fall, bend = np.zeros(size), np.zeros((size, size))

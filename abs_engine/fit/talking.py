@@ -53,12 +53,8 @@ def surface_window(
 ) -> Window:
     """The part of the picture where a surface is at weights and a pose, and pixels around it.
 
-    With `scale` drawn pixels per image pixel.
-
-    Raises
-    ------
-    OutOfPictureError
-        If it lies outside of the picture.
+    With `scale` drawn pixels per image pixel. Raises `OutOfPictureError` if it lies outside of the
+    picture.
     """
     place = pose.apply(surface.vertices(weights))
     flat = camera.project(place)
@@ -85,20 +81,16 @@ def talking_problem(
     whiten: bool = False,
     printed: bool = False,
 ) -> Problem:
-    """Objective of a picture: epsilon + A(a).
+    """Objective of a picture (H, W, 3), RGB 0 to 255: epsilon + A(a).
 
     Parameters
     ----------
-    face : TalkingFace
     name : str
         Of the appearance model, of `MODELS`.
-    picture : (H, W, 3), RGB 0 to 255
-    camera : Camera
     pose : Pose
         Head to camera: known, or where the search starts.
     alpha : (P,) float64
         Where the search starts.
-    renderer : Renderer
     pose_known : bool
         Seek the articulatory parameters only.
     window : Window, optional
@@ -155,14 +147,7 @@ def _penalty(shape: FaceShape, unit: float, white: bool) -> PenaltyPrior:
 
 @dataclass(frozen=True, eq=False)
 class FaceFit:
-    """Result of a search in a picture.
-
-    Parameters
-    ----------
-    alpha : (P,) float64
-    pose : Pose
-    solution : Solution
-    """
+    """Result of a search in a picture: the parameters (P,), pose and solution."""
 
     alpha: FloatArray
     pose: Pose

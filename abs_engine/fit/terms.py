@@ -78,14 +78,7 @@ class TermKind:
 
 @dataclass(frozen=True, eq=False)
 class Weighted:
-    """An error of descriptors in nats.
-
-    Parameters
-    ----------
-    error : TextureError or LocalError
-    nats : float
-        What an epsilon of 1 is worth.
-    """
+    """An error of descriptors in nats, of which an epsilon of 1 is worth `nats`."""
 
     error: TextureError | LocalError
     nats: float
@@ -171,13 +164,7 @@ LOOKS = (TEXTURE.name, LOCAL.name)
 
 
 def term_kinds(names: Sequence[str]) -> dict[str, TermKind]:
-    """Kinds of evidence by their names.
-
-    Raises
-    ------
-    ParameterError
-        If none is named, or one is not known.
-    """
+    """Kinds of evidence by their names; `ParameterError` if none is named, or one is not known."""
     if not names:
         raise ParameterError("no evidence is named", f"choose one of {', '.join(TERMS)}")
     twice = next((name for name in names if names.count(name) > 1), None)
@@ -221,13 +208,7 @@ def _goes(names: Sequence[str], need: Need, kinds: Mapping[str, TermKind]) -> bo
 
 
 def bound(kinds: Mapping[str, TermKind], face: Face, view: View) -> dict[str, Term]:
-    """The terms of a frame, in the order of their kinds.
-
-    Raises
-    ------
-    TermError
-        If a plugin's evidence fails.
-    """
+    """The terms of a frame, in their kinds' order; `TermError` if a plugin's evidence fails."""
     return {
         name: _bound(name, face.own_terms.get(name, kind.bind), face, view)
         for name, kind in kinds.items()

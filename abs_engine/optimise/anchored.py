@@ -35,16 +35,10 @@ def check_quadratic(objective: object) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """An objective with a pull towards the place where the parameters are expected.
+    """An objective with a pull towards the place `centre` (n,) where the parameters are expected.
 
-    Parameters
-    ----------
-    spec : ParamSpec
-        Of its parameters.
-    centre : (n,) float64
-    inertia : float
-        What it costs to be off by a first step of a parameter, in the objective's units; 0 is the
-        objective itself.
+    `inertia` is what it costs to be off by a first step of a parameter, in the objective's units; 0
+    is the objective itself.
     """
 
     objective: Quadratic

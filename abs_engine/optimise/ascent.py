@@ -39,35 +39,19 @@ class Pushed(Batched, Protocol):
 class Forces:
     """Follow the forces until they lead nowhere better.
 
-    Parameters
-    ----------
-    tolerance : float
-        Stop when an iteration improves the value by less than this, in the objective's units.
-    limit : int
-        Largest number of iterations: directions that are asked for.
+    It ends where an iteration improves the value by less than `tolerance`, in the objective's
+    units, or after `limit` iterations: directions that are asked for.
     """
 
     tolerance: float = SOLVING.ascent_tolerance
     limit: int = SOLVING.ascent_limit
 
     def minimise(self, objective: Pushed, start: FloatArray, spec: ParamSpec) -> Solution:
-        """Minimise from `start`.
+        """Minimise from `start` (N,), within the bounds of `spec`.
 
-        Parameters
-        ----------
-        start : (N,) float64
-        spec : ParamSpec
-            Bounds; a direction is shortened to `SOLVING.longest_way` in any parameter.
-
-        Returns
-        -------
-        Solution
-            `n_evaluations` counts values, and one drawing for each direction.
-
-        Raises
-        ------
-        ParameterError
-            If `start` is not finite or has another length than `spec`.
+        A direction is shortened to `SOLVING.longest_way` in any parameter. `n_evaluations` counts
+        values, and one drawing for each direction. Raises `ParameterError` if `start` is not finite
+        or has another length than `spec`.
         """
         return _climb(self, objective, objective.push, start, spec, cost=1)
 
@@ -86,13 +70,7 @@ class FixedStep:
 
     The constant alpha "scales the force to match the physics of the model", and is not printed:
     here it is such that the first push moves no node farther than `push` allows, and stays so.
-
-    Parameters
-    ----------
-    tolerance : float
-        Stop when an iteration improves the value by less than this, in the objective's units.
-    limit : int
-        Largest number of iterations.
+    `tolerance` and `limit` are as of `Forces`.
     """
 
     tolerance: float = SOLVING.ascent_tolerance
@@ -127,15 +105,8 @@ class FixedStep:
 class Gradient:
     """Steepest descent in parameters measured by their scales, from central differences.
 
-    Parameters
-    ----------
-    tolerance : float
-        Stop when an iteration improves the value by less than this, in the objective's units.
-    limit : int
-        Largest number of iterations.
-    reach : float
-        Difference step, in scales; shorter at a bound. A drawing changes by whole pixels, so it may
-        not be small.
+    `tolerance` and `limit` are as of `Forces`; `reach` is the difference step, in scales, shorter
+    at a bound. A drawing changes by whole pixels, so it may not be small.
     """
 
     tolerance: float = SOLVING.ascent_tolerance

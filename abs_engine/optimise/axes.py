@@ -54,10 +54,7 @@ class AxesSimplex:
     ) -> Solution:
         """Minimise from `start`; parameters and errors as `by_nlopt.Simplex.minimise`.
 
-        Raises
-        ------
-        ParameterError
-            Also if the objective has no residuals.
+        Raises `ParameterError` also if the objective has no residuals.
         """
         first = checked_start(start, spec)
         found = self.descend(objective, first, spec, self.limit)
@@ -88,12 +85,8 @@ class AxesSimplex:
     ) -> Solution:
         """Nelder-Mead along the axes of a Gauss-Newton matrix, from where a descent ended.
 
-        Parameters
-        ----------
-        centre : (n,) float64
-            Towards which the parameters are pulled.
-        limit : int
-            Largest number of evaluations; none are made where it is too small for a simplex.
+        The parameters are pulled towards `centre` (n,). There are so many evaluations at most,
+        `limit`; none are made where it is too small for a simplex.
         """
         held = Held(objective, spec, centre, self.inertia)
         edge, tolerance = SOLVING.axes_edge * held.unit, self.tolerance * held.unit
@@ -120,8 +113,6 @@ def along_axes(
         Values (B,) at vectors (B, n).
     found : Solution
         With its information.
-    tolerance : float
-        Where the simplex stops.
     limit : int
         Largest number of evaluations; none are made where it is too small for a triangle.
     edge : float

@@ -20,10 +20,7 @@ from abs_engine.optimise.settings import SOLVING
 def run(solver: nlopt.opt, start: FloatArray, history: History) -> Solution:
     """Run a solver whose objective is counted by `history`; the best of what it saw.
 
-    Raises
-    ------
-    RuntimeError
-        If NLopt fails before the first evaluation.
+    Raises `RuntimeError` if NLopt fails before the first evaluation.
     """
     try:
         solver.optimize(start)

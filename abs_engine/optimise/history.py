@@ -51,13 +51,7 @@ class History:
 
 
 def checked_start(start: FloatArray, spec: ParamSpec) -> FloatArray:
-    """The start within the bounds.
-
-    Raises
-    ------
-    ParameterError
-        If it is not finite or has another length than `spec`.
-    """
+    """The start within the bounds; `ParameterError` if it is not finite, or not of their number."""
     if start.shape != (len(spec),) or not np.isfinite(start).all():
         raise ParameterError(
             f"the start has shape {start.shape} or is not finite", f"give {len(spec)} numbers"

@@ -43,10 +43,7 @@ class LevenbergMarquardt:
     ) -> Solution:
         """Minimise from `start`; parameters and errors as `by_nlopt.Simplex.minimise`.
 
-        Raises
-        ------
-        ParameterError
-            Also if the objective has no residuals.
+        Raises `ParameterError` also if the objective has no residuals.
         """
         check_quadratic(objective)
         first = checked_start(start, spec)

@@ -77,10 +77,7 @@ class Newton:
     ) -> Solution:
         """Minimise from `start`; parameters and errors as `by_nlopt.Simplex.minimise`.
 
-        Raises
-        ------
-        ParameterError
-            Also if the objective knows no borders.
+        Raises `ParameterError` also if the objective knows no borders.
         """
         first = checked_start(start, spec)
         found = self.descend(objective, first, spec, self.limit)
