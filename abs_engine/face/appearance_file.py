@@ -65,21 +65,10 @@ def has_appearance(names: Iterable[str]) -> bool:
 
 
 def appearance_of(data: Mapping[str, Any], parameters: int) -> Appearance | None:
-    """The appearance in the arrays of a file; None where there is nothing of it.
+    """The appearance in the arrays of a file, as in `LAYOUT`; None where there is nothing of it.
 
-    Parameters
-    ----------
-    data : mapping of str to array
-        As `LAYOUT` has them; others are not read.
-    parameters : int
-        P, of the posture.
-
-    Raises
-    ------
-    KeyError
-        If some are missing.
-    TypeError, ValueError, ParameterError
-        If they do not make an appearance.
+    It has so many parameters, P, as the posture. Raises `KeyError` if some arrays are missing;
+    `TypeError`, `ValueError` or `ParameterError` if they do not make an appearance.
     """
     if not has_appearance(data):
         return None

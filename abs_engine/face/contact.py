@@ -19,19 +19,10 @@ MIDDLE, SIDES = 4, (2, 6)
 
 
 def lip_gaps(scene: Scene, rings: Rings) -> tuple[FloatArray, FloatArray]:
-    """Gaps between the lips.
+    """Gaps (G,) between the lips, mm, and their change (G, P) per unit of a posture's parameter.
 
-    Parameters
-    ----------
-    scene : Scene
-    rings : mapping of str to int arrays
-        The lips' contours, see `face.base.Face`.
-
-    Returns
-    -------
-    (G,) float64, mm
-        Height of upper above lower inner lip at the mean posture, from corner to corner.
-    (G, P) float64, mm per unit of a posture's parameter
+    Heights of upper above lower inner lip at the mean posture, from corner to corner; for the lips'
+    contours, `rings`, see `face.base.Face`.
     """
     upper, lower = rings["upper"], rings["lower"]
     at = scene.mean[lower, 0]
@@ -46,15 +37,9 @@ def lip_gaps(scene: Scene, rings: Rings) -> tuple[FloatArray, FloatArray]:
 
 
 def pinching(gap: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """By how much a mouth's middle opens farther than its sides do, of `lip_gaps`.
+    """By how much a mouth's middle opens farther than its sides do, (1,), mm, of `lip_gaps`.
 
-    See `SHAPE.pinched`.
-
-    Returns
-    -------
-    (1,) float64, mm
-        Negative where the middle is pinched.
-    (1, P) float64, mm per unit of a posture's parameter
+    Negative where the middle is pinched, see `SHAPE.pinched`; and its change (1, P).
     """
     share = np.zeros(len(gap))
     share[[MIDDLE, *SIDES]] = 1.0, *(-0.5 * SHAPE.pinched for _ in SIDES)
@@ -62,13 +47,9 @@ def pinching(gap: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 def lip_heights(scene: Scene, rings: Rings) -> tuple[FloatArray, FloatArray]:
-    """Heights of the lips; parameters as of `lip_gaps`.
+    """Heights (H,) of the lips, mm, and their change (H, P) per unit of a posture's parameter.
 
-    Returns
-    -------
-    (H,) float64, mm
-        From the inner to the outer contour at the mean posture, upper lip, then lower.
-    (H, P) float64, mm per unit of a posture's parameter
+    From the inner to the outer contour at the mean posture, upper lip, then lower.
     """
     outer = rings["outer"]
     x, y = scene.mean[outer, 0], scene.mean[outer, 1]

@@ -177,10 +177,7 @@ class MouthModel:
 def colour_classes(speaker: Speaker) -> tuple[str | None, ...]:
     """Colour class that the facets of each facet class show; None is not compared.
 
-    Raises
-    ------
-    ModelFormatError
-        If the speaker lacks one of the facet classes.
+    Raises `ModelFormatError` if the speaker lacks one of the facet classes.
     """
     shows = {name: colour for colour, names in COLOUR_CLASSES.items() for name in names}
     missing = [name for name in shows if name not in speaker.class_names]
@@ -200,13 +197,10 @@ def build_mouth_model(
     expression: LinearShape | None = None,
     person_spread: float = 1.0,
 ) -> MouthModel:
-    """Build the model for a person's neutral head.
+    """Build the model for a person's neutral head (V, 3), mm: the average one, or a known person's.
 
     Parameters
     ----------
-    speaker : Speaker
-    neutral : (V, 3) float32, mm
-        The average head, or a known person's.
     texture : (H, W, 3) uint8 RGB
     free_person : bool
         Whether the person's mouth is to be fitted; False for a known person.

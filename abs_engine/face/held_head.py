@@ -11,16 +11,7 @@ from abs_engine.face.head import MouthModel
 
 
 def held_head(model: MouthModel, person: FloatArray, classes: ColourClasses | None = None) -> Face:
-    """The face of a head model whose person (Q,) is known or was fitted.
-
-    Parameters
-    ----------
-    model : MouthModel
-    person : (Q,) float64
-        Weights of the person modes.
-    classes : ColourClasses, optional
-        The clip's.
-    """
+    """The face of a head model whose person (Q,) is known or was fitted, with a clip's colours."""
     speaker = model.speaker
     lips = np.concatenate([model.kept[model.rings[name]] for name in RINGS]).astype(np.int32)
     body = Body(

@@ -54,10 +54,7 @@ def identity_shape(speaker: Speaker) -> IdentityShape:
 def head_modes(speaker: Speaker) -> NDArray[np.float32]:
     """Modes by which heads differ: the speaker's targets, and smooth ones for what these leave.
 
-    Returns
-    -------
-    (K, V, 3) float32
-        Principal directions, mm per standard deviation, the widest first.
+    (K, V, 3) float32, principal directions, mm per standard deviation, the widest first.
     """
     return _principal(speaker, np.concatenate(_own_modes(speaker)))
 

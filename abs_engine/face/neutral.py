@@ -30,23 +30,12 @@ class Moving(Protocol):
 
 
 def neutral_face(head: Moving, marks: NDArray[np.integer[Any]]) -> FloatArray:
-    """The face that units, animations and their parameters are measured from.
+    """The face (V, 3), mm, head frame, that units and animations are measured from.
 
     It is the model's head without expression, after the most probable posture that makes its lips
     just meet: identity leaves them tenths of a millimetre apart or in each other. Where a model
     says nothing of a head without expression, it is closed from the mean, whose lips are those of
-    average speech, 5 to 7 mm apart.
-
-    Parameters
-    ----------
-    head : Moving
-    marks : (68,) int
-        Vertices of the 68 landmarks.
-
-    Returns
-    -------
-    (V, 3) float64
-        mm, head frame.
+    average speech, 5 to 7 mm apart. `marks` (68,) are vertices of the landmarks.
 
     Notes
     -----

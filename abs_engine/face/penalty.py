@@ -59,12 +59,8 @@ class ImprobablePenalty:
     def of_corpus(cls, parameters: FloatArray) -> ImprobablePenalty:
         """With mean and covariance of the parameters (T, P) of a corpus.
 
-        The covariance is drawn towards the identity, see `SHAPE.penalty_shrunk`.
-
-        Raises
-        ------
-        ParameterError
-            If there are fewer than two postures.
+        The covariance is drawn towards the identity, see `SHAPE.penalty_shrunk`. Raises
+        `ParameterError` if there are fewer than two postures.
         """
         rows = np.atleast_2d(np.asarray(parameters, np.float64))
         if len(rows) < _FEWEST:

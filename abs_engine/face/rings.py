@@ -29,10 +29,7 @@ def contours(speaker: Speaker) -> dict[str, NDArray[np.int32]]:
 def rings_of(speaker: Speaker, kept: NDArray[np.int32]) -> dict[str, NDArray[np.int32]]:
     """The contours by their places among the vertices that are kept, (K,).
 
-    Raises
-    ------
-    ModelFormatError
-        If a contour is not wholly on them.
+    Raises `ModelFormatError` if a contour is not wholly on them.
     """
     sources = contours(speaker)
     lost = [name for name, vertices in sources.items() if not np.isin(vertices, kept).all()]

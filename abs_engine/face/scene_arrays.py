@@ -25,10 +25,7 @@ def scene_arrays(scene: Scene) -> dict[str, Any]:
 def facets_of_part(whole: Scene, some: Scene) -> NDArray[np.bool_]:
     """Mask of the facets (F,) of a scene that `region.part` takes to make a part of it.
 
-    Raises
-    ------
-    ParameterError
-        If it is no such part.
+    Raises `ParameterError` if it is no such part.
     """
     chosen = np.zeros(len(whole.faces), np.bool_)
     if some.n_modes == whole.n_modes:

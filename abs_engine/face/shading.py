@@ -86,11 +86,10 @@ class SkinPatch:
 
 @dataclass(frozen=True, eq=False)
 class SkinShading:
-    """Colours of a patch's points and the light on them, learned from a clip.
+    """Colours of a patch's N points and the light on them, learned from a clip.
 
     Parameters
     ----------
-    patch : SkinPatch
     colour : (N, 3) float64
         Of each point, about 1.
     light : (9, 3) float64, linear
@@ -111,14 +110,7 @@ class SkinShading:
 
 @dataclass(frozen=True, eq=False)
 class LinearPicture:
-    """A part of a frame in linear light.
-
-    Parameters
-    ----------
-    values : (h, w, 3) float32
-    left, top : int, pixels
-        Of the part's first pixel in the frame.
-    """
+    """A part of a frame in linear light, (h, w, 3), with its first pixel's place in the frame."""
 
     values: NDArray[np.float32]
     left: int
@@ -160,16 +152,8 @@ def learn_shading(
 ) -> SkinShading | None:
     """Learn a clip's colours and light from frames whose pose and posture are known, about.
 
-    Parameters
-    ----------
-    patch : SkinPatch
-    camera : Camera
-    frames : sequence of (image (H, W, 3) uint8 RGB, Candidates of one)
-
-    Returns
-    -------
-    SkinShading or None
-        None where fewer points are seen than say anything.
+    A frame is an image (H, W, 3) uint8 RGB and a candidate. None where fewer points are seen than
+    say anything.
     """
     if not frames or not len(patch.compared):
         return None

@@ -62,15 +62,10 @@ class Atlas:
         return replace(self, facet_id=np.where(covered, self.facet_id, 0).astype(np.int32))
 
     def picture(self, values: FloatArray, known: BoolArray) -> NDArray[np.float32]:
-        """Values of texels (K, C) as an image (H, W, C).
+        """Values of texels (K, C) as an image (H, W, C), where some (K,), one at least, are known.
 
-        Texels that are not known get the value of the nearest known one of their facet's class,
-        or of any class if none of theirs is known; so do those that lie on no facet.
-
-        Parameters
-        ----------
-        values : (K, C) float64
-        known : (K,) bool, any
+        Texels that are not known get the value of the nearest known one of their facet's class, or
+        of any class if none of theirs is known; so do those that lie on no facet.
         """
         out = np.zeros((*self.facet_id.shape, values.shape[1]), np.float32)
         out[self.texels] = values
@@ -101,19 +96,9 @@ def _nearest(mask: BoolArray) -> NDArray[np.intp]:
 
 
 def lay_atlas(scene: Scene, size: tuple[int, int], renderer: Renderer) -> Atlas:
-    """Draw the mesh into its own texture coordinates.
+    """Draw the mesh into its own texture coordinates, as many texels wide and high as `size` says.
 
-    Parameters
-    ----------
-    scene : Scene
-    size : tuple of int
-        Width and height in texels.
-    renderer : Renderer
-
-    Raises
-    ------
-    MeshError
-        If no texel lies on the mesh.
+    Raises `MeshError` if no texel lies on the mesh.
     """
     flat = np.column_stack([scene.uv * size - 0.5, np.full(len(scene.uv), _AWAY)])
     one = Scene(
@@ -141,12 +126,7 @@ _AWAY = 500.0
 def fitting_size(scene: Scene, camera: Camera, pose: Pose) -> tuple[int, int]:
     """Size of a square atlas whose texels are about as large as the camera's pixels.
 
-    Parameters
-    ----------
-    scene : Scene
-    camera : Camera
-    pose : Pose
-        Head to camera, of a usual frame.
+    The pose, head to camera, is of a usual frame.
     """
     flat = camera.project(pose.apply(scene.mean.astype(np.float64)))
     inside = scene.faces[_areas(flat, scene.faces) < 0]
@@ -170,22 +150,10 @@ def _areas(flat: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
 def warp(
     sighting: Sighting, atlas: Atlas, scene: Scene, camera: Camera, renderer: Renderer
 ) -> tuple[FloatArray, FloatArray]:
-    """Colours of the texels in a frame, and how squarely it shows them.
+    """Colours of the texels in a frame, and how squarely it shows them, as `Atlas.texels` has them.
 
-    Parameters
-    ----------
-    sighting : Sighting
-    atlas : Atlas
-    scene : Scene
-        Whose faces and classes are those of the sighting.
-    camera : Camera
-    renderer : Renderer
-        Decides what is hidden.
-
-    Returns
-    -------
-    tuple of (K, 3) float64, RGB 0 to 255, and (K,) float64
-        In the order of `Atlas.texels`; the weight is 0 where the texel is not seen.
+    (K, 3) float64, RGB 0 to 255, and (K,) float64, 0 where the texel is not seen. The scene's faces
+    and classes are those of the sighting; the renderer decides what is hidden.
     """
     depth = depth_of(sighting, scene, camera, renderer)
     points, normals = atlas.surface(sighting.pose.apply(np.asarray(sighting.vertices, np.float64)))

@@ -22,19 +22,11 @@ _REACH = 4.0  # of standard deviations that a window drawn coarsely is smoothed 
 
 
 def matched(image: NDArray[np.generic]) -> NDArray[np.float32]:
-    """Every pixel with the chromaticity of its neighbourhood and its own luminance.
+    """Every pixel of an image with the chromaticity of its neighbourhood and its own luminance.
 
-    `features` of it has exactly the smoothed picture's r and g, and the picture's y.
-
-    Parameters
-    ----------
-    image : (H, W, 3), RGB 0 to 255
-        At the video's own resolution.
-
-    Returns
-    -------
-    (H, W, 3) float32, RGB
-        From -1 on, and beyond 255 at bright edges.
+    Of an image (H, W, 3), RGB 0 to 255, at the video's own resolution; from -1 on, and beyond 255
+    at bright edges. `features` of it has exactly the smoothed picture's r and g, and the picture's
+    y.
     """
     fine = np.asarray(image, np.float32)
     smooth = cv2.sepFilter2D(fine, -1, _BINOMIAL, _BINOMIAL, borderType=cv2.BORDER_REPLICATE)
@@ -43,17 +35,7 @@ def matched(image: NDArray[np.generic]) -> NDArray[np.float32]:
 
 
 def sampled(window: Window, image: NDArray[np.generic]) -> NDArray[np.generic]:
-    """The colours in a window of a video's frame, as `Window.sample` draws them, but `matched`.
-
-    Parameters
-    ----------
-    window : Window
-    image : (H, W, 3), RGB 0 to 255
-
-    Returns
-    -------
-    (h, w, 3) float32, RGB
-    """
+    """The colours (h, w, 3) in a window of a frame, as `Window.sample` has them, but `matched`."""
     margin = 2 + int(np.ceil(_REACH * 0.5 / min(window.scale, 1.0)))
     x, right = _part(window.x, window.width, margin, image.shape[1])
     y, bottom = _part(window.y, window.height, margin, image.shape[0])

@@ -18,19 +18,10 @@ EACH_LIP = ("upper_lip", "lower_lip")
 
 
 def features(image: NDArray[np.generic], reference: float) -> FloatArray:
-    """Colour features of an image.
+    """Colour features (..., 3) of an image (..., 3), RGB 0 to 255.
 
-    Parameters
-    ----------
-    image : (..., 3), RGB 0 to 255
-    reference : float
-        Luminance of the skin, 0 to 255.
-
-    Returns
-    -------
-    (..., 3) float64
-        r, g (chromaticity; (R + 1) / (R + G + B + 3), which is 1/3 at black) and a third of the
-        natural logarithm of relative luminance, so that the three have like spreads.
+    r, g (chromaticity; (R + 1) / (R + G + B + 3), which is 1/3 at black) and a third of the natural
+    logarithm of luminance relative to `reference`, the skin's, so that the three have like spreads.
     """
     rgb = np.asarray(image, np.float64)
     red, green, blue = np.moveaxis(rgb, -1, 0)

@@ -132,23 +132,11 @@ def typical_classes(
     places: Sequence[FloatArray],
     plain: bool = False,
 ) -> ColourClasses:
-    """The classes of anybody beside the skin that a clip shows.
+    """The classes of anybody beside the skin that a clip shows; errors as `learn_classes`.
 
-    Only skin is learned, from where it is surely expected: where exactly the mouth is, and
-    whether it is open, need not be known.
-
-    Parameters
-    ----------
-    images, places
-        As of `learn_classes`.
-    plain : bool
-        Whether skin is held to one component: lips that lie where skin was expected do not get
-        one of their own then.
-
-    Raises
-    ------
-    FaceNotFoundError, TooFewPixelsError
-        As by `learn_classes`.
+    Only skin is learned, from where it is surely expected: where exactly the mouth is, and whether
+    it is open, need not be known. If `plain`, skin is held to one component: lips that lie where
+    skin was expected do not get one of their own then.
     """
     prior, pixels = _chosen(images, places)
     samples, reference, certain = sampled(prior, pixels)
@@ -227,13 +215,7 @@ def mixed_with(skin: Mixture, lips: Sequence[Mixture]) -> tuple[Mixture, float]:
     Where lips turn to skin over several pixels, those in between count as lips if these vary more
     than skin does, and the drawn lips grow by a pixel or two. `COLOURS.mixed_until` of the way from
     skin to a lip, what is returned is at least as dense as the lip. Lips with the skin's own chroma
-    are left out.
-
-    Parameters
-    ----------
-    skin : Mixture
-    lips : sequence of Mixture
-        Each lip, of `with_shade`: its last component, in shade, does not count.
+    are left out. Each lip is of `with_shade`: its last component, in shade, does not count.
     """
     found = [part for lip in lips if (part := _between(skin, lip)) is not None]
     share = 1 + sum(float(part.weights[0]) for part in found)

@@ -84,16 +84,7 @@ class Palette:
 
 @dataclass(frozen=True, eq=False)
 class ComparedColours:
-    """Pixels of a picture beside the classes of a clip.
-
-    Parameters
-    ----------
-    palette : Palette
-    samples : (N, 3) float64
-        As `features` gives them.
-    shape : (int, int)
-        Height and width.
-    """
+    """Pixels (N, 3) of a picture, as `features` gives them, beside the classes of a clip."""
 
     palette: Palette
     samples: FloatArray

@@ -24,20 +24,11 @@ _FEWEST = 4 * COLOURS.luminance_levels  # cells of a face
 def chroma_spread(image: NDArray[np.uint8], outline: FloatArray) -> float | None:
     """RMS of a face's chroma about what its luminance tells of it, levels of 255.
 
-    A dark face's is divided by how dark it is, since the same skin shows less chroma in less light.
-    What coding adds does not shrink with it, so the divisor has a lower limit. A picture in one
-    strong tint has none: there chroma that is coarser than luminance is far off at edges.
-
-    Parameters
-    ----------
-    image : (H, W, 3) uint8 RGB
-    outline : (N, 2) float64, px
-        Points whose hull the face fills.
-
-    Returns
-    -------
-    float or None
-        None where too little of the face lies in the picture.
+    None where too little of the face, which fills the hull of `outline` (N, 2), px, lies in the
+    picture (H, W, 3). A dark face's is divided by how dark it is, since the same skin shows less
+    chroma in less light. What coding adds does not shrink with it, so the divisor has a lower
+    limit. A picture in one strong tint has none: there chroma that is coarser than luminance is far
+    off at edges.
     """
     height, width = image.shape[:2]
     low = np.clip(np.floor(outline.min(axis=0)), 0, [width, height]).astype(int)

@@ -33,10 +33,7 @@ YCBCR: FloatArray = np.array(
 def to_ycbcr(image: NDArray[np.generic]) -> NDArray[np.float32]:
     """Luminance and chrominance (H, W, 3) float32 of an image (H, W, 3), RGB 0 to 255.
 
-    Raises
-    ------
-    PictureError
-        If the picture has another shape or pixels that are not finite.
+    Raises `PictureError` if the picture has another shape or pixels that are not finite.
     """
     check_picture(image)
     return np.asarray(cv2.transform(np.asarray(image, np.float32), YCBCR), np.float32)
@@ -44,15 +41,10 @@ def to_ycbcr(image: NDArray[np.generic]) -> NDArray[np.float32]:
 
 @dataclass(frozen=True, eq=False)
 class DescriptorMaps:
-    """The descriptors of every pixel of an image, at one scale or several.
+    """The descriptors (S, H, W, 8) of every pixel of an image, at scales (S,), drawn pixels.
 
     Filters run once for a frame. For the hundreds of evaluations that a fit takes, reading these
     maps is far cheaper than filtering around each point anew.
-
-    Parameters
-    ----------
-    maps : (S, H, W, 8) float32
-    scales : (S,) float64, drawn pixels
     """
 
     maps: NDArray[np.float32]
@@ -62,29 +54,16 @@ class DescriptorMaps:
     def of(cls, image: NDArray[np.generic], scales: NDArray[np.floating]) -> DescriptorMaps:
         """Filter an image (H, W, 3), RGB 0 to 255, at each of some scales (S,), drawn pixels.
 
-        Raises
-        ------
-        PictureError
-            If the picture has another shape or pixels that are not finite.
-        ParameterError
-            If a scale is not positive.
+        Raises as `to_ycbcr` and `kernels`.
         """
         ycbcr = to_ycbcr(image)
         given = np.asarray(scales, np.float64)
         return cls(np.stack([_filtered(ycbcr, float(s)) for s in given]), given)
 
     def at(self, pixels: FloatArray, scale: NDArray[np.integer] | None = None) -> FloatArray:
-        """Descriptors at some places, bilinear; the border is repeated.
+        """Descriptors (..., N, 8) at drawn pixels (..., N, 2), bilinear; the border is repeated.
 
-        Parameters
-        ----------
-        pixels : (..., N, 2) float64, drawn pixels
-        scale : (N,) int, optional
-            Index into `scales` for each point; by default the first.
-
-        Returns
-        -------
-        (..., N, 8) float64
+        `scale` (N,) is the index into `scales` for each point; by default the first.
         """
         height, width = self.maps.shape[1:3]
         last = np.array([width - 1, height - 1])
@@ -102,12 +81,8 @@ class DescriptorMaps:
 def kernels(sigma: float) -> tuple[FloatArray, FloatArray]:
     """The sampled Gaussian, of sum 1, and its derivative, of slope 1 on a ramp (1 / px).
 
-    Both are in the order that correlates: the derivative is positive where the image rises.
-
-    Raises
-    ------
-    ParameterError
-        If the scale is not positive.
+    Both are in the order that correlates: the derivative is positive where the image rises. Raises
+    `ParameterError` if the scale is not positive.
     """
     if not sigma > 0:
         raise ParameterError(f"the filters' scale is {sigma}", "give a positive number of pixels")

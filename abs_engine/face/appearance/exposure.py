@@ -43,13 +43,10 @@ class Exposure:
 
     @classmethod
     def of(cls, faces: Sequence[tuple[NDArray[np.uint8], FloatArray]]) -> Exposure:
-        """Exposure of a clip's face, the median of some of its frames.
+        """Exposure of a clip's face, the median of some of its frames; the usual one without any.
 
-        Parameters
-        ----------
-        faces : sequence of (image, outline)
-            (H, W, 3) uint8 RGB, and points (N, 2) float64, px, whose hull the face fills. Without
-            any in the picture, the usual exposure is returned.
+        `faces` are pictures (H, W, 3) RGB, and points (N, 2), px, whose hull the face fills; those
+        outside of the picture do not count.
         """
         seen = [one for image, outline in faces if len(one := _pixels(image, outline))]
         if not seen:

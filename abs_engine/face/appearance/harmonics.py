@@ -10,19 +10,11 @@ HARMONICS = 9
 
 
 def harmonics(normals: FloatArray) -> FloatArray:
-    """Real spherical harmonics up to the second order, without their factors.
+    """Real spherical harmonics (..., 9), without their factors, of unit vectors (..., 3).
 
-    Under distant lamps they hold nearly all of the light that a matt surface receives (Ramamoorthi
-    and Hanrahan, "An efficient representation for irradiance environment maps", 2001).
-
-    Parameters
-    ----------
-    normals : (..., 3) float64
-        Unit vectors.
-
-    Returns
-    -------
-    (..., 9) float64
+    Up to the second order. Under distant lamps they hold nearly all of the light that a matt
+    surface receives (Ramamoorthi and Hanrahan, "An efficient representation for irradiance
+    environment maps", 2001).
     """
     x, y, z = np.moveaxis(normals, -1, 0)
     terms = [np.ones_like(x), x, y, z, x * y, x * z, y * z, x * x - y * y, 3 * z * z - 1]

@@ -38,24 +38,9 @@ def information(
 ) -> FloatArray:
     """Information of each point's descriptor about n parameters: J' J, the mean over the frames.
 
-    Parameters
-    ----------
-    model : LocalModel
-        Of all points; differences are divided by the spread that it leaves unexplained.
-    sightings, scene, camera, renderer, scale
-        As for `local_learning.learn_local`.
-    moved : callable
-        Of a frame to 1 + n candidates.
-
-    Returns
-    -------
-    (N, n, n) float64
-        Per squared step of the parameters.
-
-    Raises
-    ------
-    ParameterError
-        If there are no frames.
+    (N, n, n) float64, per squared step of the parameters. Differences are divided by the spread
+    that the model, of all points, leaves unexplained. `moved` makes 1 + n candidates of a frame;
+    all else is as for `local_learning.learn_local`. Raises `ParameterError` if there are no frames.
     """
     patches = Patches.around(scene, model.vertices)
     windows = Windows(patches, model.sigma, model.unit)
@@ -87,12 +72,11 @@ def choose_informative(
     """Choose points one by one, each that which makes the parameters' volume smallest.
 
     A D-optimal design (Fedorov, "Theory of optimal experiments", 1972), greedily: of the points
-    that are often and squarely seen, the one with the largest determinant of the sum.
+    that are often and squarely seen, the one with the largest determinant of the sum. What comes
+    back are indices of the points of the model, which has all of them, in the order of the choice.
 
     Parameters
     ----------
-    model : LocalModel
-        Of all points.
     known : (N, n, n) float64
         Of `information`.
     about : (n,) float64
@@ -102,11 +86,6 @@ def choose_informative(
     places : (N, 3) float64, mm
     spacing : float, mm
         Least distance of chosen points.
-
-    Returns
-    -------
-    (count,) int64
-        Indices of the model's points, in the order in which they were chosen.
 
     Raises
     ------

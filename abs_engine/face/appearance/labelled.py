@@ -18,25 +18,11 @@ from abs_engine.face.settings.colour import COLOURS
 
 
 def train_classes(pixels: Mapping[str, NDArray[np.generic]], seed: int = 0) -> ColourClasses:
-    """Learn the classes from labelled pixels.
+    """Learn the classes from pixels (N, 3), RGB 0 to 255, of each of `CLASSES`.
 
-    Parameters
-    ----------
-    pixels : mapping of class name to (N, 3) RGB, 0 to 255
-        Examples of each of `CLASSES`.
-    seed : int
-        Of the choice of examples where there are more than 6,000.
-
-    Returns
-    -------
-    ColourClasses
-        Mixtures by expectation maximisation, their sizes chosen by the Bayesian information
-        criterion: 1 to 3 for skin, 1 or 2 for the others.
-
-    Raises
-    ------
-    TooFewPixelsError
-        If a class has fewer than `COLOURS.least_pixels` examples.
+    Mixtures by expectation maximisation, their sizes chosen by the Bayesian information criterion:
+    1 to 3 for skin, 1 or 2 for the others. `seed` is of the choice of examples where there are more
+    than 6,000. Raises `TooFewPixelsError` if a class has fewer than `COLOURS.least_pixels`.
     """
     for name in CLASSES:
         count = len(pixels.get(name, ()))

@@ -125,10 +125,7 @@ class LocalModel:
     def within(self, kept: NDArray[np.integer]) -> LocalModel:
         """The model on a part of its scene that has the vertices `kept` (V',), ascending.
 
-        Raises
-        ------
-        ParameterError
-            If a point is not in the part.
+        Raises `ParameterError` if a point is not in the part.
         """
         place = np.searchsorted(kept, self.vertices).clip(0, len(kept) - 1)
         if not np.array_equal(kept[place], self.vertices):
@@ -143,12 +140,8 @@ class LocalModel:
     def from_arrays(cls, data: Mapping[str, NDArray[np.generic]]) -> LocalModel:
         """The model of the arrays of a file; others among them are not read.
 
-        Raises
-        ------
-        KeyError
-            If one is missing.
-        TypeError, ValueError, ParameterError
-            If one is of another kind, or they do not make a model.
+        Raises `KeyError` if one is missing; `TypeError`, `ValueError` or `ParameterError` if one is
+        of another kind, or they do not make a model.
         """
         names = [f.name for f in fields(cls) if f.name not in ("vertices", "left_out", *_NUMBERS)]
         arrays = {name: np.asarray(data[name], np.float64) for name in names}
@@ -181,16 +174,10 @@ def inverse_spread(spread: FloatArray) -> FloatArray:
 
 
 def in_common(noise: FloatArray, seen: BoolArray) -> FloatArray:
-    """Mean products (8 N, 8 N) of noise (T, N, 8), over the frames that show both points.
+    """Mean products (8 N, 8 N) of noise (T, N, 8), over the frames that show both points, (T, N).
 
-    Not every one of its eigenvalues is positive where frames hide points, since each pair is
-    averaged over frames of its own.
-
-    Parameters
-    ----------
-    noise : (T, N, 8) float
-        0 where the point is hidden.
-    seen : (T, N) bool
+    The noise is 0 where the point is hidden. Not every one of its eigenvalues is positive where
+    frames hide points, since each pair is averaged over frames of its own.
     """
     rows, shown = noise.reshape(len(noise), -1), seen.astype(np.float64)
     both = np.maximum(shown.T @ shown, 1.0)

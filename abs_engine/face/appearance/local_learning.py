@@ -71,18 +71,8 @@ def learn_local_frames(
 ) -> tuple[LocalModel, Frames, float]:
     """The same with the descriptors that it was learned from, and the ridge.
 
-    Parameters
-    ----------
-    sightings, scene, vertices, camera, renderer, scale, unit
-        As of `learn_local`.
-    recordings : (T,) int64, optional
-        Which frames were recorded together. Then the ridge is that with which recordings foretell
-        others best, and what is left out is so by whole recordings.
-
-    Raises
-    ------
-    NothingSeenError, PictureError, ParameterError
-        As `learn_local`.
+    With `recordings` (T,), which frames were recorded together, the ridge is that with which
+    recordings foretell others best, and what is left out is so by whole recordings.
     """
     patches = Patches.around(scene, vertices)
     windows = Windows(patches, np.full(len(vertices), APPEARANCE.sigma, np.float64), unit)
@@ -112,13 +102,9 @@ def learn_local_frames(
 def own_share(frames: Frames, ridge: float) -> float:
     """The share for `AppearanceSettings.alone` by which recordings predict others' noise best.
 
-    Parameters
-    ----------
-    frames : Frames
-        Descriptors of the points that are compared; each frame is a recording of its own where none
-        are known. Of less than three recordings it is `AppearanceSettings.alone`.
-    ridge : float
-        Of their fits.
+    Of descriptors of the points that are compared, and of the ridge of their fits; each frame is a
+    recording of its own where none are known. Of less than three recordings it is
+    `AppearanceSettings.alone`.
     """
     alone, given = np.arange(len(frames.seen)), frames.recordings
     recordings = alone if given is None else given

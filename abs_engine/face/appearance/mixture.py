@@ -170,15 +170,9 @@ def single(samples: FloatArray, weight: FloatArray) -> Mixture:
 
 
 def fit_mixture(samples: FloatArray, weight: FloatArray, most: int) -> Mixture:
-    """A mixture with as many components as the Bayesian information criterion asks for.
+    """A mixture with as many components as the Bayesian information criterion asks for, of `most`.
 
-    Parameters
-    ----------
-    samples : (N, D) float64
-    weight : (N,) float64
-        Probability that a sample belongs to the class, 0 to 1.
-    most : int
-        Largest number of components tried.
+    Samples are (N, D), their weights (N,) the probability, 0 to 1, that they belong to the class.
 
     Notes
     -----

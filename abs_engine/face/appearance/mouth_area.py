@@ -14,14 +14,9 @@ from abs_engine.core.arrays import FloatArray
 class MouthPlace:
     """Knowledge of a mouth's place in a patch; maps are (H, W) float64, 0 to 1.
 
-    Parameters
-    ----------
-    upper
-        How probably a lip that is seen there would be the upper one.
-    within, beyond
-        How surely the pixel lies within the outline of the lips, and outside of it.
-    mixing : float, px
-        Distance over which a video's coarse chroma mixes neighbouring colours, at least 1.
+    `upper` is how probably a lip that is seen there would be the upper one; `within` and `beyond`
+    how surely the pixel lies within the outline of the lips, and outside of it. Over `mixing` px,
+    at least 1, a video's coarse chroma mixes neighbouring colours.
     """
 
     upper: FloatArray

@@ -41,13 +41,9 @@ def in_one_tint(picture: Image) -> bool:
 
 
 def off_tint(cells: NDArray[np.generic], stray: float = 0.0) -> float:
-    """RMS distance of cells' chroma from a smooth function of their luminance, levels of 255.
+    """RMS distance of the chroma of cells (N, 3) from a smooth function of their luminance.
 
-    Parameters
-    ----------
-    cells : (N, 3), RGB
-    stray : float
-        Share of them that is left out, those that are farthest off.
+    In levels of 255; a share of the cells, `stray`, those that are farthest off, is left out.
     """
     seen = TO_CHROMA @ np.asarray(cells, np.float64).T
     luminance = seen[2]

@@ -114,11 +114,8 @@ def surroundings(picture: NDArray[np.float32]) -> NDArray[np.float32]:
 class OpeningLooks:
     """A network of two hidden layers, from a pixel's surroundings to its side of the lips.
 
-    Parameters
-    ----------
-    mean, spread : (F,) float32
-        Of what it was learned from.
-    layers : tuple of (weights (M, N), offsets (N,)), float32
+    `mean` and `spread` (F,) are of what it was learned from; `layers` are weights (M, N) and
+    offsets (N,).
     """
 
     mean: NDArray[np.float32]

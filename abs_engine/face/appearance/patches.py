@@ -42,10 +42,7 @@ class Patches:
     def around(cls, scene: Scene, vertices: NDArray[np.integer]) -> Patches:
         """The patches of some vertices (N,) of a scene.
 
-        Raises
-        ------
-        ParameterError
-            If a vertex is none of the scene's, or has no facet.
+        Raises `ParameterError` if a vertex is none of the scene's, or has no facet.
         """
         chosen = np.asarray(vertices, np.int64)
         if chosen.ndim != 1 or len(chosen) == 0 or not (0 <= chosen.min() <= chosen.max()):

@@ -58,13 +58,7 @@ def choose_points(
 
 
 def usable_points(model: LocalModel) -> BoolArray:
-    """Mask (N,) of the points that are seen often and squarely enough.
-
-    Raises
-    ------
-    ParameterError
-        If none is.
-    """
+    """Mask (N,) of points seen often and squarely enough; `ParameterError` if none is."""
     usable = np.asarray((model.seen >= APPEARANCE.often) & (model.facing >= APPEARANCE.squarely))
     if not usable.any():
         raise ParameterError(

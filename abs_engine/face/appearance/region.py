@@ -12,23 +12,11 @@ from abs_engine.core.scene import Scene
 
 
 def part(scene: Scene, facets: NDArray[np.bool_]) -> tuple[Scene, NDArray[np.int64]]:
-    """A scene of some facets only, with the same modes, texture and texture coordinates.
+    """A scene of some facets (F,) only, with the same modes, texture and texture coordinates.
 
-    Parameters
-    ----------
-    scene : Scene
-    facets : (F,) bool
-        Which facets are kept. Those left out hide nothing any more: keep what stands before S.
-
-    Returns
-    -------
-    tuple of Scene and (V',) int64
-        The part, and the scene's vertices that are in it, in their order.
-
-    Raises
-    ------
-    MeshError
-        If no facet is kept, or `facets` is not of the scene.
+    And the scene's vertices that are in it, (V',), in their order. Facets left out hide nothing any
+    more: keep what stands before S. Raises `MeshError` if none is kept, or they are of another
+    scene.
     """
     chosen = np.asarray(facets, np.bool_)
     if chosen.shape != (len(scene.faces),) or not chosen.any():

@@ -147,17 +147,7 @@ class Frames:
 
 
 class LinearFits:
-    """Sums for K weighted least-squares fits on the same parameters.
-
-    Parameters
-    ----------
-    items : int
-        K.
-    channels : int
-        C.
-    parameters : int
-        P.
-    """
+    """Sums for K weighted least-squares fits, of C channels each, on the same P parameters."""
 
     def __init__(self, items: int, channels: int, parameters: int) -> None:
         n = parameters + 1
@@ -168,19 +158,9 @@ class LinearFits:
         self._frames = np.zeros(items, np.int64)
 
     def add(self, values: FloatArray, weights: FloatArray, parameters: FloatArray) -> None:
-        """Add a frame.
+        """Add a frame's values (K, C) with weights (K,), 0 where it does not show the item.
 
-        Parameters
-        ----------
-        values : (K, C) float64
-        weights : (K,) float64, not negative
-            0 where the frame does not show the item.
-        parameters : (P,) float64
-
-        Raises
-        ------
-        ParameterError
-            If the frame has another number of parameters, or one that is not finite.
+        Raises `ParameterError` if it has other than P parameters, or one that is not finite.
         """
         if np.shape(parameters) != (self._parameters,) or not np.isfinite(parameters).all():
             raise ParameterError(

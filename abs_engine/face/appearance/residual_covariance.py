@@ -53,18 +53,11 @@ class Leftover:
 
 
 def leftover(frames: Frames, ridge: float, atlas: Atlas) -> Leftover:
-    """Measure it on training frames, each left out of the fit in turn.
+    """Measure it on training frames, each left out of the fit, with its ridge, in turn.
 
-    Texels that too few frames show have the spread of the nearest of their class, and no part in
-    what is common. Where all are shown by too few nothing is known: 1, and nothing in common.
-
-    Parameters
-    ----------
-    frames : Frames
-        Luminance-normalised values of the atlas' texels.
-    ridge : float
-        Of the fit.
-    atlas : Atlas
+    The frames are luminance-normalised values of the atlas' texels. Texels that too few frames show
+    have the spread of the nearest of their class, and no part in what is common. Where all are
+    shown by too few nothing is known: 1, and nothing in common.
     """
     count = frames.seen.sum(axis=0)
     known = count >= APPEARANCE.frames_each * (frames.parameters.shape[1] + 1)

@@ -90,10 +90,7 @@ class TextureModel:
     def nomogram(self, index: int, values: ArrayLike) -> list[NDArray[np.uint8]]:
         """Textures with one parameter at each of some values (sd) and the others at zero (fig. 4).
 
-        Raises
-        ------
-        ParameterError
-            If there is no such parameter.
+        Raises `ParameterError` if there is no such parameter.
         """
         if not 0 <= index < len(self.modes):
             raise ParameterError(
@@ -110,10 +107,7 @@ class TextureModel:
     def dress(self, scene: Scene) -> Scene:
         """A scene with this texture; modes of the scene beyond the model's leave it unchanged.
 
-        Raises
-        ------
-        ParameterError
-            If the scene has fewer modes than the texture has parameters.
+        Raises `ParameterError` if the scene has fewer modes than the texture has parameters.
         """
         spare = scene.n_modes - len(self.modes)
         if spare < 0:
@@ -137,15 +131,7 @@ class TextureModel:
 
     @classmethod
     def from_arrays(cls, data: Mapping[str, NDArray[np.generic]]) -> TextureModel:
-        """The model of the arrays of a file; others among them are not read.
-
-        Raises
-        ------
-        KeyError
-            If one is missing.
-        TypeError, ValueError, ParameterError
-            If one is of another kind, or they do not make a model.
-        """
+        """The model of a file's arrays; others are not read. Raises as `LocalModel.from_arrays`."""
         base, modes, mean = (np.asarray(data[k], np.float32) for k in ("base", "modes", "mean"))
         frames = np.asarray(data["frames"], np.int32)
         left = Leftover(*(np.asarray(data[k], np.float32) for k in ("spread", "common")))
@@ -164,18 +150,11 @@ def learn_texture(
     Parameters
     ----------
     sightings : iterable of Sighting
-        Read once, one after the other; all with the same number of parameters.
-    scene : Scene
-        The mesh of the sightings.
+        Read once, one after the other; all of the scene, with the same number of parameters.
     atlas : Atlas
         Of the same mesh; see `lay_atlas` and `fitting_size`.
-    camera : Camera
     renderer : Renderer
         Decides what each frame hides.
-
-    Returns
-    -------
-    TextureModel
 
     Raises
     ------
@@ -208,14 +187,9 @@ def learn_shared_texture(
 ) -> tuple[TextureModel, float, float]:
     """Learn the texture that several recordings share, and how far a recording is off it.
 
-    The ridge is that with which recordings foretell others best; without any, as `learn_texture`'s.
-
-    Parameters
-    ----------
-    sightings, scene, atlas, camera, renderer
-        As of `learn_texture`.
-    recordings : (T,) int64, optional
-        Which frames were recorded together; by default each is a recording of its own.
+    The ridge is that with which recordings foretell others best; without any, as `learn_texture`'s,
+    whose errors it has. `recordings` (T,) says which frames were recorded together; by default each
+    is a recording of its own.
 
     Returns
     -------
@@ -225,11 +199,6 @@ def learn_shared_texture(
     float
         Number of independent observations that a frame is worth: its sum of squares varies from
         frame to frame as that of so many does (Satterthwaite, Biometrics 1946).
-
-    Raises
-    ------
-    NothingSeenError, PictureError, ParameterError
-        As `learn_texture`.
     """
     fits, frames = _gathered(sightings, scene, atlas, camera, renderer, recordings)
     ridge = frames.ridge(APPEARANCE.ridge)

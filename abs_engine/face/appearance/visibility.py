@@ -59,12 +59,8 @@ def depth_of(
 ) -> NDArray[np.float32]:
     """Depth (H, W), mm, of the sighted head at the picture's size; 0 where it is not.
 
-    Raises
-    ------
-    PictureError
-        If the picture has another size than the camera's.
-    ParameterError
-        If the sighting has another number of vertices than the scene.
+    Raises `PictureError` if the picture has another size than the camera's, `ParameterError` if the
+    sighting has another number of vertices than the scene.
     """
     if sighting.image.shape[1::-1] != camera.size:
         raise PictureError(
@@ -93,25 +89,12 @@ def in_sight(
     window: Window,
     margin: bool = False,
 ) -> FloatArray:
-    """Weight of how squarely points of the surface are seen.
+    """Weight (N,) of how squarely points (N, 3) of the surface, mm, camera frame, are seen.
 
-    Parameters
-    ----------
-    points : (N, 3) float64, mm, camera frame
-    normals : (N, 3) float64, camera frame, of any length
-    depth : (H, W) float32, mm
-        What `Renderer.draw` gives of the whole scene for the window.
-    camera : Camera
-    window : Window
-    margin : bool
-        Whether the pixels around must show the surface too, so that a colour interpolated there
-        is mixed with nothing else.
-
-    Returns
-    -------
-    (N,) float64
-        Cosine between normal and line of sight; 0 for points that are turned away (below
-        `APPEARANCE.facing`), hidden, or outside of the window.
+    The cosine between normal (N, 3), of any length, and line of sight; 0 for points that are turned
+    away (below `APPEARANCE.facing`), hidden, or outside of the window. `depth` (H, W), mm, is that
+    of a drawing of the whole scene in the window. With a `margin`, the pixels around must show the
+    surface too, so that a colour interpolated there is mixed with nothing else.
     """
     height, width = depth.shape
     z = points[:, 2]
