@@ -24,14 +24,12 @@ class FaceShape(ComparedHead):
     ----------
     scene, surface, outer, kept, marks, spec, pivot
         As of `ComparedHead`; `pivot` is `middle` of the lips.
-    model : ArticulatoryModel
     frame : Pose
         Head frame to the frame of the corpus.
     vertices : (N,) int64
         The model's points on the head.
     lips : (K,) int64
         Which of the points are lips or beads around them.
-    penalty : ImprobablePenalty
     neutral : (P,) float64
         The person at rest, by the direct inversion.
     rings : mapping of str to int32 arrays

@@ -24,12 +24,7 @@ MODELS = ("tex_lin", "tex_cst", "la_lin", "la_cst")
 class Noises:
     """The noise of a face's appearance, measured on training pictures that were left out.
 
-    Parameters
-    ----------
-    tex_noise, tex_observations : float
-        `noise` and `observations` of `TextureLooks`.
-    la_own_share : float
-        See `local_learning.own_share`.
+    `noise` and `observations` of `TextureLooks`, and `local_learning.own_share`.
     """
 
     tex_noise: float

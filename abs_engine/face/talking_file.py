@@ -70,22 +70,10 @@ def save_talking(
 ) -> None:
     """Write an ``.npz`` that `load_talking` reads, whole or not at all.
 
-    Parameters
-    ----------
-    path : Path
-        Must not exist.
-    face : TalkingFace or FaceShape
-        Or its shape alone. Surface and outer parts are parts of its scene, as `region.part` makes
-        them.
-    person, speaker, neutral
-        See `StoredTalker`.
-
-    Raises
-    ------
-    OutputError
-        If it exists or cannot be written.
-    ParameterError
-        If the face does not fit together, holds what is not finite, or the person has no name.
+    A face, or its shape alone, whose surface and outer parts are parts of its scene, as
+    `region.part` makes them; for the rest see `StoredTalker`. Raises `OutputError` if the file
+    exists or cannot be written; `ParameterError` if the face does not fit together, holds what is
+    not finite, or the person has no name.
     """
     told = _arrays(face) if isinstance(face, TalkingFace) else _shape_arrays(face)
     told |= {"person": person, "speaker": speaker}
@@ -98,13 +86,8 @@ def save_talking(
 def load_talking(path: Path) -> StoredTalker:
     """Read what `save_talking` wrote; everything comes back bit for bit.
 
-    Raises
-    ------
-    InputFileError
-        If the file is missing or no NPZ archive.
-    ModelFormatError
-        If it has another format or version, lacks something, holds what is not finite, or does
-        not fit together.
+    Raises `InputFileError` if the file is missing or no NPZ archive; `ModelFormatError` if it has
+    another format or version, lacks something, holds what is not finite, or does not fit together.
     """
     data = _Arrays(read_npz(Path(path), FORMAT, VERSION))
     try:
@@ -120,12 +103,8 @@ def load_talking(path: Path) -> StoredTalker:
 def read_whose(path: Path) -> tuple[str, bool]:
     """Person of a talking face, and whether it was made with pictures; no more of it is read.
 
-    Raises
-    ------
-    InputFileError
-        If the file is missing or no NPZ archive.
-    ModelFormatError
-        If it has another format or version.
+    Raises `InputFileError` if the file is missing or no NPZ archive, `ModelFormatError` if it has
+    another format or version.
     """
     names, told = read_some(path, FORMAT, VERSION, ("person",))
     return str(told.get("person", "")), _pictured(names)

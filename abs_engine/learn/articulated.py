@@ -30,15 +30,7 @@ _INSIDE = ("inner_mouth", "upper_teeth", "lower_teeth", "tongue")
 
 
 def face_shape(speaker: Speaker, spoken: SpokenCorpus, built: Build, person: str) -> FaceShape:
-    """The shape of a speaker from the corpus and its articulatory model.
-
-    Parameters
-    ----------
-    built : Build
-        Of `spoken`.
-    person : str
-        Whose skin it is.
-    """
+    """The shape of a speaker from a corpus and its articulatory model, with a person's skin."""
     dense = dense_head(built, spoken)
     kept_names = set(built.model.names)
     own = [k for k, name in enumerate(spoken.chosen.names) if name in kept_names]
@@ -61,16 +53,9 @@ def shape_of(
 ) -> FaceShape:
     """The shape of a head with a speaker's mesh that the parameters of a model move.
 
-    Parameters
-    ----------
-    mean, modes : (V, 3) and (P, V, 3) float32, mm, head frame
-    frame : Pose
-        Head frame to that of the corpus.
-    vertices : (N,) int64
-        The model's points on the head.
-    neutral : (P,) float64
-        The person at rest.
-    texture : (H, W, 3) uint8 RGB
+    `mean` (V, 3) and `modes` (P, V, 3) are in mm, head frame; `frame` leads from there to that of
+    the corpus; `vertices` (N,) are the model's points on the head; `neutral` (P,) is the person at
+    rest.
     """
     classes = speaker.facet_class.astype(np.int32)
     scene = Scene(mean, modes, speaker.faces, speaker.uv, classes, texture)
@@ -93,18 +78,10 @@ def shape_of(
 def compared_head(
     speaker: Speaker, scene: Scene, spec: ParamSpec, pivot: FloatArray
 ) -> ComparedHead:
-    """The parts of a head that are compared, whatever moves it.
+    """The parts of a head, with a speaker's mesh, that are compared, whatever moves it.
 
-    Parameters
-    ----------
-    speaker : Speaker
-        Whose mesh it is.
-    scene : Scene
-        The whole head; its modes are the parameters.
-    spec : ParamSpec
-        Names and bounds of the parameters.
-    pivot : (3,) float64, mm, head frame
-        Point that the head is turned about.
+    The scene is the whole head, whose modes are the parameters of `spec`; it is turned about
+    `pivot` (3,), mm, head frame.
     """
     surface, outer, kept, marks = _parts(speaker, scene)
     return ComparedHead(scene, surface, outer, kept, marks, spec, pivot)

@@ -59,12 +59,7 @@ class Build:
 def build(
     corpus: Corpus, predictors: Sequence[Predictor] = PAPER_PREDICTORS, missing: Missing = "refuse"
 ) -> Build:
-    """Build the model of a corpus and invert the corpus with it.
-
-    Parameters
-    ----------
-    missing : {"refuse", "drop", "impute"}
-        What to do with points that are missing in some visemes; see `GuidedPCA`.
+    """Build the model of a corpus and invert the corpus with it; for `missing` see `GuidedPCA`.
 
     Raises
     ------
@@ -114,13 +109,9 @@ def _inverted(model: ArticulatoryModel, viseme: str, points: FloatArray) -> Floa
 class LeftOut:
     """Errors of models on visemes that they were not built of.
 
-    Parameters
-    ----------
-    errors : (V,) float64, mm
-        Of each viseme in the model of all others, RMS over the points; NaN where `skipped`.
-    skipped : mapping of str to AbsEngineError
-        Visemes without which no model can be built, or whose points do not determine the
-        parameters, and why.
+    `errors` (V,), mm, of each viseme in the model of all others, RMS over the points; NaN where
+    `skipped`: visemes without which no model can be built, or whose points do not determine the
+    parameters, and why.
     """
 
     errors: FloatArray
@@ -158,18 +149,9 @@ def rms(distances: FloatArray) -> FloatArray:
 
 
 def dense_head(built: Build, spoken: SpokenCorpus) -> LinearShape:
-    """The whole bundled head moved by the model's parameters, head frame.
+    """The whole bundled head moved by the model's parameters, head frame; see `dense_units`.
 
-    Parameters
-    ----------
-    built : Build
-        Of `spoken.corpus`, or of some of its visemes.
-
-    Returns
-    -------
-    LinearShape
-        Mean (M, 3) and modes (P, M, 3) for one standard deviation; its generators are the face
-        units.
+    The model is built of the corpus, or of some of its visemes.
     """
     own = [spoken.corpus.visemes.index(v) for v in built.corpus.visemes]
     return dense_units(built.alpha, spoken.weights[own], spoken.neutral, spoken.speaker.units)
@@ -183,16 +165,8 @@ def dense_units(
 
     Raises `ParameterError` if the arrays do not fit together; `TooFewPointsError` if the visemes do
     not determine the modes. Mean (M, 3) and modes (P, M, 3) are in the head frame; generators are
-    face-unit weights.
-
-    Parameters
-    ----------
-    alpha : (V, P) float64
-        Parameters, standard deviations.
-    weights : (V, U) float64
-        Face-unit weights of the visemes.
-    neutral : (M, 3) float, mm, head frame
-    units : (U, M, 3) float, mm at weight 1
+    face-unit weights. Given are parameters (V, P), standard deviations; weights (V, U); a neutral
+    head (M, 3), mm, head frame; and units (U, M, 3), mm at weight 1.
     """
     alpha, weights = np.asarray(alpha, np.float64), np.asarray(weights, np.float64)
     if len(alpha) != len(weights) or weights.shape[1:] != units.shape[:1]:

@@ -23,17 +23,10 @@ YAWS = tuple(range(-90, 91, 15))
 
 
 def direction_of(yaw: float, up: float = 0.0) -> FloatArray:
-    """Unit vector (3,), head frame, from the head towards a camera.
+    """Unit vector (3,), head frame, from the head towards a camera, by degrees.
 
-    Parameters
-    ----------
-    yaw, up : float, degrees
-        To the subject's left and upwards; 0 and 0 is frontal.
-
-    Raises
-    ------
-    ParameterError
-        If one is not finite, or the camera would look at the back of the head or along its axis.
+    To the subject's left and upwards; 0 and 0 is frontal. Raises `ParameterError` if one is not
+    finite, or the camera would look at the back of the head or along its axis.
     """
     if not (abs(yaw) <= 90 and abs(up) < 90):
         raise ParameterError(
@@ -59,15 +52,14 @@ def rank_yaws(
 ) -> list[CameraGain]:
     """Ranking of cameras around a head by what they would reveal of its lips; the best first.
 
-    A camera sees the 16 dots of the lips that nothing of the head at rest hides from it, and tells
+    By the error in mm that is expected to remain, of the posterior covariance (section 6.2). A
+    camera sees the 16 dots of the lips that nothing of the head at rest hides from it, and tells
     their two coordinates across its direction.
 
     Parameters
     ----------
     physics : LearnedPhysics
         As `train` learned it.
-    speaker : Speaker
-        On whose head.
     yaws : iterable of float, degrees
         Where cameras may stand: to the subject's left of the face. Each is named by its yaw.
     have : iterable of float, degrees
@@ -75,11 +67,6 @@ def rank_yaws(
     noise : float, mm, optional
         Standard deviation of a coordinate that a camera tells; by default that of the dots that
         were learned from.
-
-    Returns
-    -------
-    list of CameraGain
-        With the error in mm that is expected to remain, by the posterior covariance (section 6.2).
 
     Raises
     ------
@@ -110,11 +97,8 @@ def rank_yaws(
 def camera_results(physics: LearnedPhysics, speaker: Speaker) -> dict[str, Any]:
     """Entries of ``results.json`` on cameras: mm that remain by yaw, alone and beside a frontal.
 
-    Returns
-    -------
-    dict
-        `noise_mm`; `without_mm`, the error without a camera; `frontal_mm`, with a frontal one; and
-        `yaw`, for each yaw `dots` seen, `alone_mm` and `beside_frontal_mm`.
+    `noise_mm`; `without_mm`, the error without a camera; `frontal_mm`, with a frontal one; and
+    `yaw`, for each yaw `dots` seen, `alone_mm` and `beside_frontal_mm`.
     """
     alone, beside = rank_yaws(physics, speaker), rank_yaws(physics, speaker, have=(0,))
     added = {gain.name: gain.expected for gain in beside}

@@ -44,17 +44,10 @@ class Points:
 def choose_points(speaker: Speaker) -> Points:
     """Choose them on a head.
 
-    Returns
-    -------
-    Points
-        On the lips 12 of the outer border, 8 of the inner and 10 between; 7 on the edge of the
-        lower teeth; 11 on the jaw line; 20 beads around the lips; and 207 beads over the face
-        below the eyes and the throat, each as far as possible from all before it.
-
-    Raises
-    ------
-    ParameterError
-        If the head has no `points.json`, or too few vertices.
+    On the lips 12 of the outer border, 8 of the inner and 10 between; 7 on the edge of the lower
+    teeth; 11 on the jaw line; 20 beads around the lips; and 207 beads over the face below the eyes
+    and the throat, each as far as possible from all before it. Raises `ParameterError` if the head
+    has no `points.json`, or too few vertices.
     """
     if "landmark_68" not in speaker.points or "face" not in speaker.points:
         raise ParameterError(

@@ -23,14 +23,11 @@ _MIMIC = (*EYES, *BROWS, *units_of(Pair.NOSE_SNEER))  # at rest while visemes ar
 def corpus_dots(speaker: Speaker) -> Points:
     """Choose the dots on a head: the same vertices for all its people.
 
-    Returns
-    -------
-    Points
-        The 17 of lips and nose, and of `choose_points` those around the lips, on the jaw line and
-        over the face that are seen from the front and lie far enough from each other to be kept
-        apart, none on the throat; and eight on the skull. Groups are those of a corpus and
-        ``skull``. That of the lower teeth is empty: they are hidden most of the time, so that what
-        asks for jaw line and lower teeth gets the jaw line alone.
+    The 17 of lips and nose, and of `choose_points` those around the lips, on the jaw line and over
+    the face that are seen from the front and lie far enough from each other to be kept apart, none
+    on the throat; and eight on the skull. Groups are those of a corpus and ``skull``. That of the
+    lower teeth is empty: they are hidden most of the time, so that what asks for jaw line and lower
+    teeth gets the jaw line alone.
     """
     place = speaker.vertices.astype(np.float64)
     seen = vertex_normals(place, speaker.faces)[:, 2] > LEARNING.facing_dot

@@ -86,12 +86,10 @@ def shell_points(speaker: Speaker, shell: LipShell) -> ShellPoints:
 def correspond(
     speaker: Speaker, shell: LipShell, seen: FloatArray, person: str | None = None
 ) -> Correspondence:
-    """Lay the shell on a person who wore dots.
+    """Lay a shell, cut from the speaker, on a person who wore dots.
 
     Parameters
     ----------
-    shell : LipShell
-        Cut from the speaker.
     seen : (T, 16, 3) float64, mm, head frame
         The dots of `dot_annotations.LIPS16` in frames in which all were seen.
     person : str, optional
@@ -124,19 +122,11 @@ def correspond(
 
 
 def check_dots(speaker: Speaker, mean: FloatArray, crossed: FloatArray | None = None) -> None:
-    """Refuse dots that are no lips in the head frame.
+    """Refuse mean dots (16, 3), mm, of `dot_annotations.LIPS16` that are no lips in the head frame.
 
-    Parameters
-    ----------
-    mean : (16, 3) float64, mm, head frame
-        Mean places of the dots of `dot_annotations.LIPS16`.
-    crossed : (16, 16, 3) float64, mm, head frame, optional
-        Where they lie if one view exchanged names, see `capture.exchanged.crossed`.
-
-    Raises
-    ------
-    ParameterError
-        If they lie in one plane, have each other's names, or another size or direction than lips.
+    `crossed` (16, 16, 3), mm, is where they lie if one view exchanged names, see
+    `capture.exchanged.crossed`. Raises `ParameterError` if they lie in one plane, have each other's
+    names, or another size or direction than lips.
     """
     home = speaker.vertices[lips17(speaker)[: len(LIPS16)]].astype(np.float64)
     _check_depth(mean)

@@ -48,13 +48,7 @@ class LipClip:
         return min(len(self.moments) - 1, round((1 - LEARNING.left_out) * len(self.moments)))
 
     def relaxed(self, physics: LearnedPhysics, shapes: FloatArray) -> Source:
-        """Shapes of the moments that are learned from, with the shell relaxed.
-
-        Parameters
-        ----------
-        shapes : (K, N, 3) float64, mm
-            Displacements to start from.
-        """
+        """Shapes of the moments learned from, the shell relaxed from shapes (K, N, 3), mm."""
         elastic = self.model.shell.elastic_at(self.model.physics.rest)
         free = relaxed(
             self._own(physics), elastic, softness(elastic, LEARNING.strained), LEARNING.free_modes
@@ -127,17 +121,10 @@ def train_further(
     rounds: int = LEARNING.further_rounds,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Further:
-    """Learn from clips without dots, too.
+    """Learn from clips without dots, too; `tell` is called with what is begun, in a few words.
 
-    Parameters
-    ----------
-    training : Training
-        What the dots gave.
-    clips : sequence of LipClip
-        Of the same person or of others: what is pooled are displacements from each one's rest.
-        Two moments or more each.
-    tell : callable
-        Called with what is begun, in a few words.
+    The clips, of two moments or more each, are of the same person as the training or of others:
+    what is pooled are displacements from each one's rest.
     """
     dots = Source(training.displacements)
     physics, sources = training.physics, tuple[Source, ...]((dots,))

@@ -27,21 +27,10 @@ _STEP = 2.0  # largest change of a logarithm in a step
 def held_out_variances(
     rest: FloatArray, sources: Sequence[Source], variances: FloatArray
 ) -> FloatArray:
-    """Variances of as many modes in frames that are not among those learned from.
+    """Variances (P,), mm^2, of as many modes in frames that are not among those learned from.
 
-    Parameters
-    ----------
-    rest : (N, 3) float64, mm
-    sources : sequence of Source
-        What is learned from.
-    variances : (P,) float64, mm^2
-        Of the modes in these frames.
-
-    Returns
-    -------
-    (P,) float64, mm^2
-        None of them below that of the frames themselves. Where the others are too few to learn so
-        many modes from, or move in fewer ways, `variances` as they are.
+    None of them is below that in the frames themselves, `variances`. Where the others are too few
+    to learn so many modes from, or move in fewer ways, they are `variances` as they are.
 
     Notes
     -----

@@ -93,10 +93,7 @@ def doubt(mouths: Sequence[LabelledMouth]) -> list[str]:
 def learn_opening(mouths: Sequence[LabelledMouth], seed: int = 0) -> OpeningLooks:
     """Learn on which side of the inner lips a pixel lies, by its surroundings.
 
-    Parameters
-    ----------
-    seed : int
-        Of what pixels are taken, and of the first weights.
+    The seed is of what pixels are taken, and of the first weights.
     """
     random = np.random.default_rng(seed)
     both = [side for mouth in mouths for side in (mouth, mouth.mirrored)]
@@ -153,10 +150,7 @@ def disagreement(looks: OpeningLooks, mouths: Sequence[LabelledMouth]) -> float:
 def sides_of(points: FloatArray) -> tuple[NDArray[np.int_], FloatArray]:
     """Sides (`SIDES`) of pixels, and their distance from the inner lips, both (88, 96).
 
-    Parameters
-    ----------
-    points : (8, 2) float64
-        `POINTS` in the normalised picture.
+    By `POINTS` (8, 2) in the normalised picture.
     """
     from scipy.interpolate import PchipInterpolator  # takes a while to import
 

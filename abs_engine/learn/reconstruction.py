@@ -22,14 +22,9 @@ _EVERYTHING = slice(None)
 
 @dataclass(frozen=True)
 class Part:
-    """Measured part of the dots.
+    """Measured part of the dots of `dot_annotations.LIPS16`.
 
-    Parameters
-    ----------
-    dots : slice
-        Of `dot_annotations.LIPS16`.
-    paper : float
-        Mean-squared error for each degree of freedom in the paper's table 1.
+    `paper` is the mean-squared error for each degree of freedom in the paper's table 1.
     """
 
     key: str
@@ -68,11 +63,7 @@ class Row:
 
 
 def unit_scale(rest: FloatArray) -> FloatArray:
-    """Paper's units for a mm, (3,), along x, y and z of the head frame.
-
-    Parameters
-    ----------
-    rest : (N, 3) float64, mm
+    """Paper's units for a mm, (3,), along x, y and z of the head frame, by nodes (N, 3) at rest.
 
     Notes
     -----

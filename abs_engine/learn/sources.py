@@ -38,17 +38,11 @@ class Source:
 
 
 def learn_sources(rest: FloatArray, sources: Sequence[Source], modes: int) -> LearnedPhysics:
-    """Physics of all sources together, each of which counts the same.
+    """Physics of all sources, of a frame or more each, together, each of which counts the same.
 
     A recording's frames are much alike, so that how many there are of them says little about how
     much was seen; a clip of two seconds may be all that there is of a posture. Errors are those of
     `modal.learn`.
-
-    Parameters
-    ----------
-    rest : (N, 3) float64, mm
-    sources : sequence of Source
-        With a frame or more each.
     """
     weights = np.concatenate([np.full(len(s), 1 / len(s)) for s in sources])
     spreads = [s.spread.reshape(-1, *np.shape(rest)) / np.sqrt(len(sources)) for s in sources]

@@ -34,21 +34,10 @@ def learn_face(
     *,
     count: int = N_POINTS,
 ) -> TalkingFace:
-    """Learn the four appearance models from pictures of known geometry.
+    """Learn the four appearance models from pictures of known geometry, of the shape's scene.
 
-    Parameters
-    ----------
-    seen : sequence of Sighting
-        Of ``face.shape.scene``; see `sightings`.
-    count : int
-        Points of local appearance; the paper's N is 63.
-
-    Raises
-    ------
-    NothingSeenError
-        If the pictures do not show the face.
-    ParameterError
-        If there are no pictures.
+    Local appearance is of so many points; the paper's N is 63. Raises `NothingSeenError` if the
+    pictures do not show the face, `ParameterError` if there are none.
     """
     if not seen:
         raise ParameterError("there are no pictures to learn from", "give some")
@@ -73,16 +62,10 @@ def learn_appearance(
 ) -> Appearance:
     """Learn texture and local appearance of what is compared of a head from several recordings.
 
-    How far they depend on the posture, and how far off they are, is measured on recordings that
-    are left out: the next frame of the same recording would be foretold too well. Pictures finer
-    than the settings allow are made as coarse.
-
-    Parameters
-    ----------
-    seen : sequence of Sighting
-        Of ``head.scene``.
-    recordings : (T,) int64
-        Which of them were recorded together; two recordings at least.
+    How far they depend on the posture, and how far off they are, is measured on recordings that are
+    left out: the next frame of the same recording would be foretold too well. Pictures finer than
+    the settings allow are made as coarse. `recordings` (T,) says which of the pictures, of the
+    head's scene, were recorded together; two recordings at least.
 
     Raises
     ------

@@ -68,25 +68,20 @@ def train(
 ) -> Training:
     """Learn how a person's lips move.
 
+    A dot that was lost or jumps is put where the other dots of its frame have it, as the used
+    frames say (`believed_dots.believe`); frames with too few believed dots are left out. All of
+    them are named in the result.
+
     Parameters
     ----------
     observations : Observations
         With the dots of `dot_annotations.LIPS16`.
     speaker : Speaker
-        Whose head the shell is cut from.
+        Whose head the shell is cut from; `shell`, where that was done before.
     person : str, optional
         Which of the speaker's people it is; by default somebody else, see `correspond`.
     n_train : int
         Number of frames to learn from, from the first on; the complete others are for testing.
-    shell : LipShell, optional
-        Cut from the speaker before.
-
-    Returns
-    -------
-    Training
-        A dot that was lost or jumps is put where the other dots of its frame have it, as the used
-        frames say (`believed_dots.believe`); frames with too few believed dots are left out. All of
-        them are named in it.
 
     Raises
     ------
@@ -165,13 +160,7 @@ def checksum(speaker: Speaker) -> str:
 
 
 def check_speaker(physics: LearnedPhysics, speaker: Speaker) -> None:
-    """Refuse physics that was learned on another head.
-
-    Raises
-    ------
-    ModelFormatError
-        If it was.
-    """
+    """Raise `ModelFormatError` for physics that was learned on another head."""
     if physics.speaker and physics.speaker != checksum(speaker):
         remedy = "give that head with --speaker"
         if speaker.imported:

@@ -171,12 +171,9 @@ class ArticulatoryModel:
     def from_arrays(cls, data: Mapping[str, NDArray[np.generic]]) -> ArticulatoryModel:
         """The model of the arrays of a file; others among them are not read.
 
-        Raises
-        ------
-        KeyError
-            If something is missing.
-        TypeError, ValueError, AttributeError, ParameterError, ModelFormatError
-            If something is of another kind, or they do not make a model.
+        Raises `KeyError` if something is missing; `TypeError`, `ValueError`, `AttributeError`,
+        `ParameterError` or `ModelFormatError` if something is of another kind, or they do not make
+        a model.
         """
         told = parse_json(str(data["told"]))
         predictors = tuple(

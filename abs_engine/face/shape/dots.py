@@ -17,14 +17,9 @@ AXES = "xyz"
 
 @dataclass(frozen=True, eq=False)
 class ShellPoints:
-    """Points on the facets of a shell, or of a head.
+    """Points on the facets of a shell, or of a head: their nodes and barycentrics, (K, 3) each.
 
-    Parameters
-    ----------
-    corners : (K, 3) int32
-        Nodes of each point's facet.
-    weights : (K, 3) float64
-        Barycentrics in it; 1, 0, 0 for a node.
+    Weights are 1, 0, 0 for a node.
     """
 
     corners: NDArray[np.int32]
@@ -44,24 +39,10 @@ class ShellPoints:
         return ShellPoints(self.corners[which], self.weights[which])
 
     def rows(self, nodes: int, coordinates: str = AXES) -> sparse.csr_matrix:
-        """W: what the coordinates of the points are of those of the nodes.
+        """W (K C, 3N): what the coordinates of the points are of those of the shell's N nodes.
 
-        Parameters
-        ----------
-        nodes : int
-            Of the shell, N.
-        coordinates : str
-            Which of x, y and z, such as "yz".
-
-        Returns
-        -------
-        (K C, 3N) sparse
-            The C coordinates of the first point, then those of the second, ...
-
-        Raises
-        ------
-        ParameterError
-            If a coordinate is none, or named twice.
+        The C coordinates, such as "yz", of the first point, then those of the second, ... Raises
+        `ParameterError` if a coordinate is none, or named twice.
         """
         if not coordinates or len({*coordinates} & {*AXES}) != len(coordinates):
             raise ParameterError(
@@ -85,14 +66,9 @@ class ShellPoints:
 def nearest_points(
     nodes: FloatArray, faces: NDArray[np.integer], points: NDArray[np.floating]
 ) -> ShellPoints:
-    """Points of a shell that are nearest to points in space.
+    """Points of a shell, of nodes (N, 3), mm, that are nearest to points (K, 3), mm, in space.
 
-    Parameters
-    ----------
-    nodes : (N, 3) float64, mm
-    faces : (M, 3) int
-        Facets on which the points may lie.
-    points : (K, 3) float64, mm
+    They may lie on the facets (M, 3).
     """
     facet, place = nearest_on_facets(nodes[faces], np.asarray(points, np.float64))
     weights = barycentric(nodes[faces[facet]], place)

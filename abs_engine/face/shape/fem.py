@@ -193,27 +193,16 @@ class ThinShell:
         return np.asarray(scale[:, None] * factors.solve(scale[:, None] * right), np.float64)
 
     def compliance_rows(self, dofs: NDArray[np.integer] | sparse.spmatrix) -> FloatArray:
-        """P (n, 3N), mm / N: rows of K^-1, or sums of them.
+        """P (n, 3N), mm / N: rows of K^-1, or sums of them, P = W K^-1; see `selection`.
 
-        Parameters
-        ----------
-        dofs : (n,) int, or (n, 3N) sparse
-            Degrees of freedom, or the weight W of each in n sums of them: P = W K^-1.
-
-        Raises
-        ------
-        ParameterError
-            If the shell is not held: K is singular.
+        Raises `ParameterError` if the shell is not held: K is singular.
         """
         return self.solve(self.selection(dofs).toarray().T).T  # K is symmetric
 
     def selection(self, dofs: NDArray[np.integer] | sparse.spmatrix) -> sparse.csr_matrix:
         """W (n, 3N) that picks degrees of freedom (n,); a W that is given is passed on.
 
-        Raises
-        ------
-        ParameterError
-            If it is of another shell.
+        Raises `ParameterError` if it is of another shell.
         """
         size = 3 * len(self.vertices)
         if sparse.issparse(dofs):

@@ -45,7 +45,8 @@ def principal_shapes(
     """Principal components of shapes that linear generators make.
 
     Works in the space of the generators, which is exact and costs nothing: the covariance of the
-    vertices is G' C G with C that of the postures.
+    vertices is G' C G with C that of the postures. Raises `ParameterError` if more modes are asked
+    for than the postures span.
 
     Parameters
     ----------
@@ -53,18 +54,8 @@ def principal_shapes(
     generators : (N, V, 3) float32, mm at weight 1
     postures : Postures
         Moments of the training shapes' generator weights, N.
-    n_modes : int
     importance : (V,) float64
         How much the displacement of a vertex counts in the variance.
-
-    Returns
-    -------
-    LinearShape
-
-    Raises
-    ------
-    ParameterError
-        If more modes are asked for than the postures span.
     """
     root, rank = _covariance_root(postures.covariance)
     if n_modes > rank:

@@ -19,22 +19,10 @@ from abs_engine.io.assets import Speaker
 
 
 def lip_edge(speaker: Speaker, lip: str) -> FloatArray:
-    """Edge of a lip inside of the mouth, on the average head.
+    """Edge (K, 3), mm, of a lip inside of the mouth, on the average head.
 
-    Parameters
-    ----------
-    speaker : Speaker
-    lip : {"upper_lip", "lower_lip"}
-
-    Returns
-    -------
-    (K, 3) float64, mm
-        Along the edge from the right corner of the mouth to the left one.
-
-    Raises
-    ------
-    MeshError
-        If the lip ends nowhere but at skin and the other lip, or only in closed rings.
+    From the right corner of the mouth to the left one; `lip` is "upper_lip" or "lower_lip". Raises
+    `MeshError` if the lip ends nowhere but at skin and the other lip, or only in closed rings.
     """
     edges, count = _edges(speaker, lip)
     other = "lower_lip" if lip == "upper_lip" else "upper_lip"

@@ -69,13 +69,10 @@ def followed(
 
 @dataclass(frozen=True, eq=False)
 class LipModel:
-    """Lips that move by learned physics.
+    """Lips that move by learned physics of the shell's nodes.
 
     Parameters
     ----------
-    shell : LipShell
-    physics : LearnedPhysics
-        Of the shell's nodes.
     skirt : (S, 3) float64, mm, head frame
         Rings of skin around the shell at rest, each with as many points as the shell has columns.
     bulge : (D, 3) float64, mm, head frame

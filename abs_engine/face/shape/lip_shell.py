@@ -30,16 +30,10 @@ MATERIAL = Material(SHAPE.young, SHAPE.poisson, SHAPE.thickness, SHAPE.shear)
 
 @dataclass(frozen=True, eq=False)
 class LipShell(ShellPoints):
-    """Places of the nodes of a shell on a head, and their facets.
+    """Places of the N nodes of a shell on a head, and their facets.
 
-    Parameters
-    ----------
-    faces : (M, 3) int32
-        Facets of the shell, counter-clockwise from the front.
-    lip : (M,) bool
-        Facets of the lips; the others are skin.
-    border : (N,) bool
-        Nodes of the outermost ring.
+    `faces` (M, 3) are counter-clockwise from the front; `lip` (M,) marks those of the lips, the
+    others are skin; `border` (N,) marks nodes of the outermost ring.
     """
 
     faces: NDArray[np.int32]
@@ -57,10 +51,7 @@ class LipShell(ShellPoints):
 def cut_lip_shell(speaker: Speaker) -> LipShell:
     """Lay the shell's nodes over a speaker's average head.
 
-    Returns
-    -------
-    LipShell
-        Of 34 columns around the mouth and six rings: 204 nodes, 612 degrees of freedom.
+    Of 34 columns around the mouth and six rings: 204 nodes, 612 degrees of freedom.
     """
     vertices = speaker.vertices.astype(np.float64)
     inner, outer = _contours(speaker, vertices)
@@ -86,15 +77,8 @@ def lips_besides(speaker: Speaker, between: int, inside: int) -> ShellPoints:
     """Rings of points on the lips besides the shell's own, from within.
 
     The shell's chords cut off what bulges: 1.7 mm RMS half way from the inner ring to the next, on
-    full lips. And lips go on behind the inner contour, which shows as the mouth opens.
-
-    Parameters
-    ----------
-    speaker : Speaker
-    between : int
-        Number of rings in each gap between the shell's.
-    inside : int
-        Of rings behind the inner contour; the first is where the lips end.
+    full lips. And lips go on behind the inner contour, which shows as the mouth opens. There are so
+    many `between` two of the shell's, and `inside`, the first of which is where the lips end.
     """
     vertices = speaker.vertices.astype(np.float64)
     inner, outer = _contours(speaker, vertices)

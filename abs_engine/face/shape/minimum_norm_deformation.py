@@ -14,21 +14,16 @@ from abs_engine.face.shape.fem import ThinShell
 def reach(
     shell: ThinShell, dofs: NDArray[np.integer] | sparse.spmatrix, goals: FloatArray
 ) -> FloatArray:
-    """Displacements of the whole shell that take points of it to their goals.
+    """Displacements (..., N, 3), mm, of a whole shell that take points of it to their goals.
 
     Parameters
     ----------
-    shell : ThinShell
     dofs : (n,) int, or (n, 3N) sparse
         Degrees of freedom with a goal: 3 times the node, plus 0, 1, 2 for x, y, z. Or, for points
         between the nodes, the weights W of all degrees of freedom in each goal, as
         `dots.ShellPoints.rows` gives them.
     goals : (..., n) float64, mm
         Displacement goals U_g, for one frame or more.
-
-    Returns
-    -------
-    (..., N, 3) float64, mm
 
     Raises
     ------

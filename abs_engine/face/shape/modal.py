@@ -122,13 +122,7 @@ class LearnedPhysics:
         return np.asarray(away.reshape(*away.shape[:-2], -1) @ self.matrix, np.float64)
 
     def save(self, path: Path) -> None:
-        """Write an ``.npz``, whole or not at all.
-
-        Raises
-        ------
-        OutputError
-            If it exists or cannot be written.
-        """
+        """Write an ``.npz``, whole or not at all; `OutputError` if it cannot be."""
         write_npz(path, FORMAT, VERSION, vars(self))
 
 
@@ -210,11 +204,7 @@ def _rows_of(displacements: FloatArray, rest: FloatArray) -> FloatArray:
 def load_physics(path: Path) -> LearnedPhysics:
     """Read what `LearnedPhysics.save` wrote.
 
-    Raises
-    ------
-    InputFileError
-        If it is missing or cannot be read.
-    ModelFormatError
-        If it has another format or version, or lacks an array.
+    Raises `InputFileError` if it is missing or cannot be read, `ModelFormatError` if it has another
+    format or version, or lacks an array.
     """
     return LearnedPhysics(**plain(read_npz(Path(path), FORMAT, VERSION, _LAYOUT, "train it again")))

@@ -52,19 +52,12 @@ def mouth_shape(
 
     Parameters
     ----------
-    speaker : Speaker
     neutral : (V, 3) float32, mm
         The person's neutral vertices.
-    n_modes : int
     anybody : bool
         Whether this is not the person's own head; only the `average_person`, or it at another
-        size, may be anybody's.
-
-    Returns
-    -------
-    LinearShape
-        Its generators are the units of `mouth_units` and, for `anybody`, how those of scans differ
-        across the face.
+        size, may be anybody's. Generators are the units of `mouth_units` and, then, how those of
+        scans differ across the face.
 
     Raises
     ------

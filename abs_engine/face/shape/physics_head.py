@@ -21,23 +21,11 @@ from abs_engine.io.assets import Speaker
 def physics_shape(
     speaker: Speaker, neutral: NDArray[np.float32], shell: LipShell, physics: LearnedPhysics
 ) -> LinearShape:
-    """The head's modes that go with a shell's.
+    """The modes of a head, neutral (V, 3), mm, that go with a shell's, cut from this speaker.
 
-    Parameters
-    ----------
-    speaker : Speaker
-    neutral : (V, 3) float32, mm
-        The person's neutral head.
-    shell : LipShell
-        Cut from this speaker.
-    physics : LearnedPhysics
-        Of that shell; of this person or another.
-
-    Returns
-    -------
-    LinearShape
-        Parameters are standard deviations of the physics' modes, generators the units of
-        `mouth_units`. `variance` is the share of the shell's variance that each mode holds.
+    The physics is of that shell; of this person or another. Parameters are standard deviations of
+    its modes, generators the units of `mouth_units`. `variance` is the share of the shell's
+    variance that each mode holds.
     """
     units = speaker.unit_matrix(mouth_units()).astype(np.float64)
     weight = np.ones(len(shell))

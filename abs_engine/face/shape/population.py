@@ -107,12 +107,7 @@ class Population:
 def load_population() -> Population:
     """The population that is shipped, see ``assets/population/PROVENANCE.md``.
 
-    Raises
-    ------
-    InputFileError
-        If the file is missing.
-    ModelFormatError
-        If it has another layout.
+    Raises `InputFileError` if the file is missing, `ModelFormatError` if it has another layout.
     """
     vertices = len(load_speaker().vertices)
     data = read_npz(shipped(HEADS), FORMAT, VERSION, _LAYOUT, _AGAIN, V=vertices)
@@ -124,12 +119,7 @@ def load_population() -> Population:
 def average_person() -> Speaker:
     """The bundled head, moved a share `SHAPE.scanned` of the way to people's average head.
 
-    Where its lips end is wholly people's.
-
-    Raises
-    ------
-    InputFileError, ModelFormatError
-        As `load_population`.
+    Where its lips end is wholly people's. Errors are those of `load_population`.
     """
     speaker, people = load_speaker(), load_population()
     moved = np.float32(SHAPE.scanned) * people.mean.astype(np.float32)
@@ -144,9 +134,6 @@ def average_person() -> Speaker:
 def expected(speaker: Speaker) -> bool:
     """Whether this is the `average_person`, the head of a person of whom nothing is known.
 
-    Raises
-    ------
-    InputFileError, ModelFormatError
-        As `load_population`.
+    Errors are those of `load_population`.
     """
     return not speaker.imported and speaker is average_person()

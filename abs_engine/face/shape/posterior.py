@@ -27,13 +27,8 @@ _LEAST_NOISE = 1e-6  # mm
 class Posterior:
     """Shapes given what was observed of them.
 
-    Parameters
-    ----------
-    physics : LearnedPhysics
-    coefficients : (..., P) float64, mm
-        The most probable ones.
-    covariance : (P, P) float64, mm^2
-        Of the coefficients; it does not depend on what was seen, only on what is seen.
+    `coefficients` (..., P), mm, are the most probable ones. Their covariance (P, P), mm^2, does not
+    depend on what was seen, only on what is seen.
     """
 
     physics: LearnedPhysics
@@ -94,11 +89,7 @@ def expected_posterior(
 ) -> Posterior:
     """Posterior of the shape once some coordinates are observed; coefficients are 0.
 
-    Raises
-    ------
-    ParameterError
-        If nothing is observed, what is observed does not fit, or the noise is below 1e-6 mm or
-        not finite.
+    Raises `ParameterError` as `reconstruct`.
     """
     covariance = _posterior(physics, rows, noise)[1]
     return Posterior(physics, np.zeros(len(covariance)), covariance)

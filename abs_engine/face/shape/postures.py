@@ -21,14 +21,7 @@ _AGAIN = "make it again with assets/make_postures.py"
 
 @dataclass(frozen=True, eq=False)
 class Postures:
-    """Mean and covariance of many postures.
-
-    Parameters
-    ----------
-    mean : (N,) float64
-        Weights of the generators, face units say.
-    covariance : (N, N) float64
-    """
+    """Mean (N,) and covariance (N, N) of the weights of generators, such as face units."""
 
     mean: FloatArray
     covariance: FloatArray
@@ -53,11 +46,8 @@ class Postures:
     def partly_again(self, share: float) -> Postures:
         """Moments of 2 N generators: these, and as many that only some postures have.
 
-        Parameters
-        ----------
-        share : float
-            Of the postures, 0 to 1, drawn independently of their weights, in which the second half
-            has the weights of the first; in the others it has none.
+        In a share of the postures, 0 to 1, drawn independently of their weights, the second half
+        has the weights of the first; in the others it has none.
         """
         c, apart = self.covariance, np.outer(self.mean, self.mean)
         again = share * c + share * (1.0 - share) * apart
@@ -66,21 +56,11 @@ class Postures:
 
 
 def recorded_postures(names: Sequence[str], path: Path | None = None) -> Postures:
-    """Moments of a real person's postures, by the names of the face units.
+    """Moments of a real person's postures, by the names of the face units, in their order.
 
-    Parameters
-    ----------
-    names : sequence of str
-        The units, in the order that is asked for.
-    path : Path, optional
-        By default the file that is shipped, see ``assets/postures/PROVENANCE.md``.
-
-    Raises
-    ------
-    InputFileError
-        If the file cannot be read.
-    ModelFormatError
-        If it has another format or version, or lacks a unit.
+    By default of the file that is shipped, see ``assets/postures/PROVENANCE.md``. Raises
+    `InputFileError` if it cannot be read, `ModelFormatError` if it has another format or version,
+    or lacks a unit.
     """
     path = shipped(RECORDED) if path is None else path
     try:

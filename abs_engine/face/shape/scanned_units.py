@@ -36,26 +36,11 @@ def save_units(path: Path, names: Sequence[str], differences: NDArray[np.floatin
 
 
 def unit_differences(names: Sequence[str]) -> NDArray[np.float32]:
-    """Differences of the units of scans from those of the `average_person`, at that size.
+    """Differences (N, V, 3), mm at weight 1, of units of scans from the `average_person`'s.
 
     See ``assets/population/PROVENANCE.md``. The file has them from the bundled head's: its border
-    of the lips moves there as that of the scans, on which the average person's lies.
-
-    Parameters
-    ----------
-    names : sequence of str
-        ARKit's, in the order that is asked for.
-
-    Returns
-    -------
-    (N, V, 3) float32, mm at weight 1
-
-    Raises
-    ------
-    InputFileError
-        If the file is missing.
-    ModelFormatError
-        If it has another layout, or lacks a unit.
+    of the lips moves there as that of the scans, on which the average person's lies. `names` are
+    ARKit's. Raises as `load_population`, and if the file lacks a unit.
     """
     artist = load_speaker()
     path = shipped(UNITS)

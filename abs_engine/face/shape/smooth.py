@@ -42,15 +42,8 @@ def mirrored_modes(
 ) -> NDArray[np.float32]:
     """Displacements (K, V, 3) float32, as `smooth_modes`, of a body nearly its own mirror image.
 
-    Parameters
-    ----------
-    vertices : (V, 3) float64, mm
-        x runs across, and is 0 in the plane of the mirror.
-    asymmetry : float
-        By how much less the sides differ than those of `smooth_modes`, which are free; what both
-        share is as there.
-    scales : sequence of (float, float)
-        As of `smooth_modes`.
+    x runs across, and is 0 in the plane of the mirror. The sides differ by so much less,
+    `asymmetry`, than those of `smooth_modes`, which are free; what both share is as there.
     """
     half = vertices[vertices[:, 0] >= 0]
     here = half[_spread(half, min(SHAPE.smooth_samples // 2, len(half)))]

@@ -26,12 +26,7 @@ _USUAL = np.array(
 class HeadFrame:
     """Similarity from places of a file to places in the head frame.
 
-    Parameters
-    ----------
-    matrix : (3, 3) float64
-        A turn, times the millimetres of the file's unit.
-    origin : (3,) float64, mm
-        Of the head frame, once turned.
+    A turn, times the millimetres of the file's unit, (3, 3), and the origin (3,), mm, once turned.
     """
 
     matrix: FloatArray
@@ -50,12 +45,8 @@ def head_frame(vertices: FloatArray, marks: Marks, length: str | None) -> HeadFr
     """The frame of a head (V, 3) by its landmarks, and by its unit of length if that is given.
 
     A head that lies in the head frame but for right angles and its unit is left as it lies there.
-
-    Raises
-    ------
-    ParameterError
-        If the landmarks are not a face's, an eye's are listed in the wrong order, or it is of no
-        human size.
+    Raises `ParameterError` if the landmarks are not a face's, an eye's are listed in the wrong
+    order, or it is of no human size.
     """
     _check_eyes(vertices[marks.eye_corners])
     at = vertices[np.r_[marks.eye_corners[:4], marks.nose_tip[:1], marks.chin[:1]]]

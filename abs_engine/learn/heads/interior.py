@@ -44,14 +44,7 @@ def mouth_interior(
 ) -> Interior:
     """The bundled head's facets of some classes, laid into another mouth.
 
-    Parameters
-    ----------
-    names : tuple of str
-        Facet classes.
-    points : (20, 3) float64, mm
-        The lips' points of the other head.
-    jaw : float, mm
-        How far `jawOpen` moves its chin.
+    By the lips' points (20, 3), mm, of the other head, and how far `jawOpen` moves its chin, mm.
     """
     own = bundled.facets_of(*names)
     kept, faces = np.unique(bundled.faces[own], return_inverse=True)

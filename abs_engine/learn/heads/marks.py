@@ -53,10 +53,7 @@ class Marks:
 def find_marks(given: Mapping[str, Sequence[Any]], vertices: FloatArray, source: str) -> Marks:
     """Landmarks as vertices (V, 3), given by numbers or by places.
 
-    Raises
-    ------
-    ParameterError
-        If one is missing, or is neither a vertex nor a place.
+    Raises `ParameterError` if one is missing, or is neither a vertex nor a place.
     """
     found = {name: _vertices(name, entries, vertices) for name, entries in given.items()}
     all_68 = found.pop(SIXTY_EIGHT, None)
@@ -125,10 +122,7 @@ def lip_contours(
 ) -> Contours:
     """Shortest ways along the edges of a mesh through the landmarks of the lips.
 
-    Raises
-    ------
-    ParameterError
-        If no edges join them.
+    Raises `ParameterError` if no edges join them.
     """
     count = int(weld.max()) + 1
     place = np.zeros((count, 3))

@@ -21,12 +21,8 @@ _SKIN = ("skin",)
 def named_regions(mesh: MorphMesh, given: Mapping[str, str]) -> NDArray[np.object_]:
     """Region of each facet (F,) by the name of its part, one of `schema.REGION_WORDS`.
 
-    `given` are regions by pieces of names; they count more than what names say themselves.
-
-    Raises
-    ------
-    ParameterError
-        If one of them is in no part's name.
+    `given` are regions by pieces of names; they count more than what names say themselves. Raises
+    `ParameterError` if one of them is in no part's name.
     """
     _check_given(mesh, given)
     known = ICT_PARTS if mesh.model == "ict" else {}

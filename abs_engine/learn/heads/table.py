@@ -54,12 +54,8 @@ class HeadTable:
 def read_table(path: Path) -> HeadTable:
     """Read a TOML table.
 
-    Raises
-    ------
-    InputFileError
-        If the file is missing or no TOML.
-    ParameterError
-        If a name or a value in it is wrong.
+    Raises `InputFileError` if the file is missing or no TOML, `ParameterError` if a name or a value
+    in it is wrong.
     """
     data = read_toml(path, "see docs/import.md")
     known = HeadTable.__dataclass_fields__

@@ -43,11 +43,8 @@ class Units:
 def face_units(mesh: MorphMesh, given: Mapping[str, tuple[str, ...]], frame: HeadFrame) -> Units:
     """Face units of a mesh; those that a table gives are the sums of the targets it names.
 
-    Raises
-    ------
-    ParameterError
-        If the table names a target that is not there, nothing is called jawOpen, or targets that
-        mean the same unit move the same vertices differently.
+    Raises `ParameterError` if the table names a target that is not there, nothing is called
+    jawOpen, or targets that mean the same unit move the same vertices differently.
     """
     targets = mesh.targets
     lacking = [t for names in given.values() for t in names if t not in targets]

@@ -24,12 +24,8 @@ _SOFT = ("skin", "upper_lip", "lower_lip", "inner_mouth")
 class MeasuredFace:
     """A talking face's shape, made of measured points.
 
-    Parameters
-    ----------
-    neutral : (V, 3) float32, mm, head frame
-        The person at rest.
-    smooth : Smoothness
-        Of what was added to identity and face units.
+    `neutral` (V, 3), mm, head frame, is the person at rest; `smooth` is of what was added to
+    identity and face units.
     """
 
     head: MeasuredHead
@@ -41,15 +37,7 @@ class MeasuredFace:
 def measured_face(speaker: Speaker, built: Build) -> MeasuredFace:
     """Make a face that can be drawn of a corpus and its articulatory model.
 
-    Parameters
-    ----------
-    speaker : Speaker
-        Whose mesh and face units it takes.
-
-    Raises
-    ------
-    ParameterError, TooFewPointsError
-        As `fit.fit_head`.
+    It takes a speaker's mesh and face units. Errors are those of `fit.fit_head`.
     """
     head = fit_head(speaker, built)
     design = np.column_stack([np.ones(len(built.alpha)), built.alpha])

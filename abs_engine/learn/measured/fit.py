@@ -60,19 +60,10 @@ class MeasuredHead:
 
 
 def fit_head(speaker: Speaker, built: Build) -> MeasuredHead:
-    """Fit a head to a corpus.
+    """Fit a head to a corpus that has a viseme `REST`; a missing point is where the model puts it.
 
-    Parameters
-    ----------
-    built : Build
-        Its corpus has a viseme `REST`; a point that is missing is where the model puts it.
-
-    Raises
-    ------
-    ParameterError
-        If there is no viseme at rest, or the points are no face's.
-    TooFewPointsError
-        If there are too few.
+    Raises `ParameterError` if there is no viseme at rest, or the points are no face's;
+    `TooFewPointsError` if there are too few.
     """
     corpus = built.corpus
     if REST not in corpus.visemes:

@@ -50,16 +50,10 @@ class PlacedHead:
     def fitted(
         self, points: FloatArray, places: ShellPoints, across: float, along: float
     ) -> PlacedHead:
-        """The head that has its places nearest to points.
+        """The head that has its places nearest to points (N, 3), mm, at rest, in their own frame.
 
-        Parameters
-        ----------
-        points : (N, 3) float64, mm, their own frame
-            At rest.
-        places : ShellPoints
-            Of the points on the head.
-        across, along : float, mm
-            Standard deviations of a point's distance from its place, across and along the surface.
+        `across` and `along`, mm, are standard deviations of a point's distance from its place,
+        across and along the surface.
         """
         wanted = self.seen(points)
         weights = _weights(self.vertices, places, across, along)

@@ -12,15 +12,9 @@ from abs_engine.learn.measured.settings import MEASURED_FACE
 
 
 def unit_weights(moved: FloatArray, units: FloatArray, noise: float) -> FloatArray:
-    """Weights (T, U), 0 to 1, of face units that move points most nearly so.
+    """Weights (T, U), 0 to 1, of face units (U, N, 3), mm, that move points most nearly so.
 
-    Parameters
-    ----------
-    moved : (T, N, 3) float64, mm
-        Displacements of the points from rest.
-    units : (U, N, 3) float64, mm at weight 1
-    noise : float, mm
-        Standard deviation of a coordinate.
+    `moved` (T, N, 3), mm, are displacements from rest; a coordinate is off by `noise`, mm.
     """
     matrix = units.reshape(len(units), -1).T / noise
     whole = np.vstack([matrix, np.eye(len(units)) / SHAPE.usual_weight])

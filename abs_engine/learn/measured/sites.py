@@ -21,13 +21,7 @@ TEETH, LIPS, UPPER, LOWER = "lower_teeth", "lips", "upper_lip", "lower_lip"
 
 @dataclass(frozen=True, eq=False)
 class Sites:
-    """Facets that points may lie on.
-
-    Parameters
-    ----------
-    parts : tuple of (int64 array, int32 array)
-        Indices of points (K,), and the facets (F, 3) that all of them may lie on.
-    """
+    """Facets (F, 3) that points may lie on, of each part of the points, by their indices (K,)."""
 
     parts: tuple[tuple[NDArray[np.int64], NDArray[np.int32]], ...]
 
