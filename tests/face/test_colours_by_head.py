@@ -284,6 +284,14 @@ def test_a_lip_that_is_seen_nowhere_is_anybodys(lost):
     assert all(np.isfinite(m.means).all() for m in classes.mixtures.values())
 
 
+def test_skin_that_is_likely_nowhere_is_learned_where_it_is_likeliest():
+    rare = places()
+    rare[SKIN_ID] *= 0.4
+    found = learn_placed([painted(seed=k) for k in range(3)], [rare] * 3, chromatic=True)
+    skin, lips, _, _ = found.probabilities(flat(SKIN))[:, 0, 0]
+    assert skin > 0.9 > 0.05 > lips
+
+
 def test_a_black_and_white_picture_is_learned_from():
     grey = np.repeat(painted().mean(axis=2, keepdims=True).astype(np.uint8), 3, axis=2)
     classes = learn_placed([grey], [places()], chromatic=True)

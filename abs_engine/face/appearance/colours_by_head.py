@@ -81,7 +81,7 @@ def learn_placed(
     def learned(place: str) -> Mixture:
         k = PLACES.index(place)
         if place == "skin":
-            return sound(fit_mixture(samples, share[k] * (prior[k] > 0.5), COLOURS.skin_components))
+            return sound(fit_mixture(samples, share[k] * _around(prior), COLOURS.skin_components))
         return _finished(samples, sure * share[k] * _core(prior[k]), lips[EACH_LIP.index(place)])
 
     skin, *found = in_threads(learned, ("skin", *EACH_LIP))
@@ -100,6 +100,11 @@ def learn_placed(
         chromatic=chromatic,
         mixed=len(mixed.weights) - len(whole.mixtures["skin"].weights),
     )
+
+
+def _around(prior: FloatArray) -> NDArray[np.bool_]:
+    """Pixels (N,) where skin is likelier than not, or as likely as anywhere in the clip."""
+    return np.asarray(prior[0] > min(0.5, COLOURS.certain * float(prior[0].max())))
 
 
 def _core(prior: FloatArray) -> NDArray[np.bool_]:
@@ -133,7 +138,7 @@ def _separated(
             for m, w in zip(lips, own, strict=True)
         ]
         inside = less_red(inside.anchored(samples, share[3], anchor, strength), _joined(lips))
-        skin = sound(skin.updated(samples, share[0] * (prior[0] > 0.5)))
+        skin = sound(skin.updated(samples, share[0] * _around(prior)))
     return skin, inside, lips, share
 
 
