@@ -69,7 +69,7 @@ def _draw(
         upload.kept_facets_buffer.bind_to_storage_buffer(KEPT)
     program = programs.drawing("facets", name, *defines)
     clips.bind_to_storage_buffer(CLIP)
-    stored = upload.faces_buffer, upload.uv_buffer, upload.facet_class_buffer
+    stored = upload.buffer_of("faces"), upload.uv_buffer, upload.buffer_of("facet_class")
     for binding, buffer in enumerate(stored, start=1):
         buffer.bind_to_storage_buffer(binding)
     upload.use_texture(program, weights)

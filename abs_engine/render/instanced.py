@@ -135,7 +135,7 @@ class InstancedPath:
         clips = self._buffer("clips", count * n_vertices * 16)
         stored = self._buffer("states", states.nbytes)
         stored.write(states)
-        bound = clips, upload.mean_buffer, upload.modes_buffer, stored
+        bound = clips, upload.buffer_of("mean"), upload.buffer_of("modes"), stored
         for binding, buffer in enumerate(bound):
             buffer.bind_to_storage_buffer(binding)
         program = self._programs.compute("deform")

@@ -118,6 +118,7 @@ class SceneUpload:
         self._ctx = gl.ctx
         self._owned: list[Any] = []
         self._arrays: dict[str, moderngl.VertexArray] = {}
+        self._of_scene: dict[str, moderngl.Buffer] = {}
         self._weights: moderngl.Buffer | None = None
         # Not the scene itself: holding it would keep it alive, and this with it.
         self.n_vertices, self.n_facets = len(scene.mean), len(scene.faces)
@@ -175,25 +176,11 @@ class SceneUpload:
         """Scene vertex behind each vertex of the layout."""
         return self._buffer(self.layout.source)
 
-    @cached_property
-    def faces_buffer(self) -> moderngl.Buffer:
-        """The scene's own faces."""
-        return self._buffer(self._alive.faces)
-
-    @cached_property
-    def facet_class_buffer(self) -> moderngl.Buffer:
-        """Class of each facet."""
-        return self._buffer(self._alive.facet_class)
-
-    @cached_property
-    def mean_buffer(self) -> moderngl.Buffer:
-        """Mean shape."""
-        return self._buffer(self._alive.mean)
-
-    @cached_property
-    def modes_buffer(self) -> moderngl.Buffer:
-        """Modes of the shape."""
-        return self._buffer(self._alive.modes)
+    def buffer_of(self, name: str) -> moderngl.Buffer:
+        """An array of the scene's own, such as "faces"."""
+        if name not in self._of_scene:
+            self._of_scene[name] = self._buffer(getattr(self._alive, name))
+        return self._of_scene[name]
 
     @cached_property
     def texture(self) -> moderngl.Texture:
