@@ -7,14 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.appearance import local, texture
 from abs_engine.face.appearance.local import LocalModel
 from abs_engine.face.appearance.texture import TextureModel
 from abs_engine.face.learned_appearance import Appearance
-from abs_engine.io.arrays import Array, Layout, index, real, truth
+from abs_engine.io.arrays import Array, Layout, flat, index, part_of, real, truth
 
 TEXTURE, LOCAL = "tex_lin", "la_lin"
 NUMBERS = {
@@ -54,9 +53,8 @@ def appearance_arrays(appearance: Appearance | None) -> dict[str, Any]:
     """Arrays of an appearance by name; none where nothing is known of it."""
     if appearance is None:
         return {}
-    parts = {TEXTURE: appearance.texture.arrays(), LOCAL: appearance.local.arrays()}
-    flat = {f"{part}.{name}": v for part, own in parts.items() for name, v in own.items()}
-    return {**flat, **{name: getattr(appearance, own) for name, own in NUMBERS.items()}, **TWINS}
+    parts = flat({TEXTURE: appearance.texture.arrays(), LOCAL: appearance.local.arrays()})
+    return {**parts, **{name: getattr(appearance, own) for name, own in NUMBERS.items()}, **TWINS}
 
 
 def has_appearance(names: Iterable[str]) -> bool:
@@ -72,13 +70,8 @@ def appearance_of(data: Mapping[str, Any], parameters: int) -> Appearance | None
     """
     if not has_appearance(data):
         return None
-    tex = TextureModel.from_arrays(_part(data, TEXTURE))
-    la = LocalModel.from_arrays(_part(data, LOCAL))
+    tex = TextureModel.from_arrays(part_of(data, TEXTURE))
+    la = LocalModel.from_arrays(part_of(data, LOCAL))
     if not all(data[name] for name in TWINS) or {len(tex.modes), len(la.modes)} != {parameters}:
         raise ParameterError("the appearance is not of these postures", "learn it again")
     return Appearance(tex, la, **{own: float(data[name]) for name, own in NUMBERS.items()})
-
-
-def _part(data: Mapping[str, Any], name: str) -> dict[str, NDArray[np.generic]]:
-    start = f"{name}."
-    return {key.removeprefix(start): v for key, v in data.items() if key.startswith(start)}

@@ -23,6 +23,7 @@ from abs_engine.face.scene_arrays import SCENE_ARRAYS, facets_of_part, scene_arr
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 from abs_engine.face.talking import Noises, TalkingFace
 from abs_engine.face.talking_checks import conditions, same
+from abs_engine.io.arrays import flat, part_of
 from abs_engine.io.inputs import MOST, name_problem
 from abs_engine.io.npz import read_npz, read_some, write_npz
 
@@ -127,9 +128,7 @@ class _Arrays(dict[str, NDArray[np.generic]]):
 
     def part(self, name: str) -> _Arrays:
         """Entries that begin with `name` and a dot, without that prefix."""
-        start = f"{name}."
-        own = {key.removeprefix(start): at for key, at in self.items() if key.startswith(start)}
-        return _Arrays(own, self._within + start)
+        return _Arrays(part_of(self, name), f"{self._within}{name}.")
 
     def take(self, name: str, kind: str) -> NDArray[Any]:
         """An array as it is, of a kind of number as NumPy's `dtype.kind` has it."""
@@ -156,7 +155,7 @@ def _arrays(face: TalkingFace) -> dict[str, Any]:
         twin, known = getattr(face, name).arrays(), getattr(face, linear).constant().arrays()
         own[f"{name}_is_constant_{linear}"] = made = same(twin, known)
         parts |= {} if made else {name: twin}
-    return _shape_arrays(face.shape) | own | _flat(parts)
+    return _shape_arrays(face.shape) | own | flat(parts)
 
 
 def _shape_arrays(shape: FaceShape) -> dict[str, Any]:
@@ -183,12 +182,7 @@ def _shape_arrays(shape: FaceShape) -> dict[str, Any]:
         },
         "rings": shape.rings,
     }  # fmt: skip
-    return own | _flat(parts)
-
-
-def _flat(parts: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """The arrays of parts by one name each."""
-    return {f"{part}.{name}": v for part, values in parts.items() for name, v in values.items()}
+    return own | flat(parts)
 
 
 def _stored(data: _Arrays) -> StoredTalker:

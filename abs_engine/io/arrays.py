@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -121,6 +121,28 @@ def of_json(value: Any) -> NDArray[Any]:
     if kinds == {str} and loose.size * max(map(len, loose.ravel())) < _LONGEST_TEXT:
         return loose.astype(np.str_)
     return loose
+
+
+def flat(parts: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """The arrays of parts by one name each, that of the part and a dot before their own."""
+    return {f"{part}.{name}": v for part, values in parts.items() for name, v in values.items()}
+
+
+def part_of(arrays: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """Those of one part of what `flat` made, by their own names."""
+    start = f"{name}."
+    return {key.removeprefix(start): v for key, v in arrays.items() if key.startswith(start)}
+
+
+def places_of(
+    path: Path, names: NDArray[Any], wanted: Sequence[str], remedy: str
+) -> NDArray[np.intp]:
+    """Places of some names among those of a file; `ModelFormatError` if it lacks one."""
+    known = {str(name): k for k, name in enumerate(names)}
+    missing = [name for name in wanted if name not in known]
+    if missing:
+        raise ModelFormatError(f"{path} says nothing of {missing[0]}", remedy)
+    return np.array([known[name] for name in wanted], np.intp)
 
 
 def plain(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ModelFormatError
-from abs_engine.io.arrays import check_arrays, of_json, real, text
+from abs_engine.io.arrays import check_arrays, of_json, places_of, real, text
 from abs_engine.io.assets import shipped
 from abs_engine.io.inputs import read_json
 
@@ -73,9 +73,5 @@ def recorded_postures(names: Sequence[str], path: Path | None = None) -> Posture
         raise ModelFormatError(f"{path} has another format or version", _AGAIN)
     layout = {"unit_names": text("N"), "mean": real("N"), "covariance": real("N", "N")}
     data = check_arrays(path, given, layout, _AGAIN)
-    known = {str(name): k for k, name in enumerate(data["unit_names"])}
-    missing = [name for name in names if name not in known]
-    if missing:
-        raise ModelFormatError(f"{path} says nothing of {missing[0]}", _AGAIN)
-    order = np.array([known[name] for name in names])
+    order = places_of(path, data["unit_names"], names, _AGAIN)
     return Postures(data["mean"][order], data["covariance"][np.ix_(order, order)])

@@ -12,9 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.errors import ModelFormatError
 from abs_engine.face.shape.population import average_person
-from abs_engine.io.arrays import Layout, real, text
+from abs_engine.io.arrays import Layout, places_of, real, text
 from abs_engine.io.assets import load_speaker, shipped
 from abs_engine.io.npz import read_npz
 
@@ -45,10 +44,7 @@ def unit_differences(names: Sequence[str]) -> NDArray[np.float32]:
     artist = load_speaker()
     path = shipped(UNITS)
     data = read_npz(path, FORMAT, VERSION, _LAYOUT, _AGAIN, V=len(artist.vertices))
-    known = {str(name): k for k, name in enumerate(data["unit_names"])}
-    missing = [name for name in names if name not in known]
-    if missing:
-        raise ModelFormatError(f"{path} says nothing of {missing[0]}", _AGAIN)
-    differences = np.asarray(data["differences"][[known[name] for name in names]], np.float32)
+    places = places_of(path, data["unit_names"], names, _AGAIN)
+    differences = np.asarray(data["differences"][places], np.float32)
     asked = tuple(names)
     return differences + (artist.unit_matrix(asked) - average_person().unit_matrix(asked))
