@@ -62,9 +62,8 @@ class LocalError:
     def rows(self, candidates: Candidates) -> Rows:
         """Epsilon of a batch, taken apart: eight rows for each point."""
         differ, shown = self.differences(candidates)
-        wide = differ.reshape(len(differ), -1)
-        data = (self.mixed(differ) ** 2).mean(axis=1) + np.where(shown, 0, self.wrong).mean(axis=1)
-        there = np.repeat(shown, N_D, axis=1)
+        wide, there = differ.reshape(len(differ), -1), np.repeat(shown, N_D, axis=1)
+        data = self._epsilon(differ, shown)
         return Rows(wide / np.sqrt(wide.shape[1]), there, data, self.mixer)
 
     def mixed(self, differ: FloatArray) -> FloatArray:
@@ -74,11 +73,14 @@ class LocalError:
 
     def epsilon(self, candidates: Candidates) -> FloatArray:
         """Epsilon (B,) of candidates, drawn in one call."""
-        differ, shown = self.differences(candidates)
-        data = (self.mixed(differ) ** 2).mean(axis=1)
-        return np.asarray(data + np.where(shown, 0.0, self.wrong).mean(axis=1))
+        return self._epsilon(*self.differences(candidates))
 
     negative_log = epsilon
+
+    def _epsilon(self, differ: FloatArray, shown: BoolArray) -> FloatArray:
+        """Epsilon (B,) of `differences`."""
+        data = (self.mixed(differ) ** 2).mean(axis=1)
+        return np.asarray(data + np.where(shown, 0.0, self.wrong).mean(axis=1))
 
     def differences(self, candidates: Candidates) -> tuple[FloatArray, BoolArray]:
         """Differences of descriptors (B, N, 8), 0 where hidden; visibility (B, N)."""

@@ -107,14 +107,11 @@ def correspond(
     mean = np.asarray(seen, np.float64).mean(axis=0)
     _check_depth(mean)
     _check_names(mean, speaker.vertices[at].astype(np.float64))
+    head = (speaker.vertices if person is None else speaker.named(person)).astype(np.float64)
+    scale, turn, shift = similarity(head[at], mean)
+    _check_frame(scale, turn)
     if person is not None:
-        head = speaker.named(person).astype(np.float64)
         scale, turn, shift = 1.0, np.eye(3), np.zeros(3)
-        _check_frame(*similarity(head[at], mean)[:2])
-    else:
-        head = speaker.vertices.astype(np.float64)
-        scale, turn, shift = similarity(head[at], mean)
-        _check_frame(scale, turn)
     misfit = _rms((mean - shift) @ turn / scale - head[at])
     _check_misfit(misfit, person)
     rest = shell.nodes(head)
