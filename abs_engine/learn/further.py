@@ -132,7 +132,7 @@ def train_further(
     evidence = [_explained(physics, sources, clips)]
     for number in range(1, rounds + 1):
         tell(f"relaxing the lips of {sum(c.learned for c in clips)} moments, round {number}")
-        shapes = _spread_over(balanced(sources))
+        shapes = _some_of(sources)
         sources = (dots, *(clip.relaxed(physics, shapes) for clip in clips))
         physics = _learned(training.physics, sources)
         evidence.append(_explained(physics, sources, clips))
@@ -144,13 +144,14 @@ def _explained(
     physics: LearnedPhysics, sources: Sequence[Source], clips: Sequence[LipClip]
 ) -> float:
     """-log probability of a moment that was left out, nats, mean over all clips' moments."""
-    shapes = _spread_over(balanced(sources))
+    shapes = _some_of(sources)
     return float(np.mean(np.concatenate([clip.evidence(physics, shapes) for clip in clips])))
 
 
-def _spread_over(displacements: FloatArray) -> FloatArray:
-    """A few of them, evenly spread over time."""
-    return np.asarray(displacements[evenly(len(displacements), LEARNING.starts)])
+def _some_of(sources: Sequence[Source]) -> FloatArray:
+    """A few of the sources' displacements, evenly spread over time."""
+    every = balanced(sources)
+    return np.asarray(every[evenly(len(every), LEARNING.starts)])
 
 
 def _learned(old: LearnedPhysics, sources: Sequence[Source]) -> LearnedPhysics:

@@ -94,7 +94,7 @@ def learn_local_frames(
     if fits is None:
         raise ParameterError("there are no frames to learn appearance from", "give some")
     frames = Frames(np.stack(values), np.stack(shown), np.stack(rows), recordings)
-    ridge = frames.ridge(APPEARANCE.ridge)
+    ridge = frames.ridge
     at = np.asarray(vertices, np.int64)
     return _model(fits.solve(ridge), windows, at, facing, frames, ridge), frames, ridge
 

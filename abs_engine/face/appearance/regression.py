@@ -80,10 +80,11 @@ class Frames:
         names = None if self.recordings is None else self.recordings[kept]
         return Frames(self.values[kept], self.seen[kept], self.parameters[kept], names)
 
-    def ridge(self, usual: float) -> float:
-        """The ridge with which recordings foretell others best; `usual` without any."""
+    @property
+    def ridge(self) -> float:
+        """The ridge with which recordings foretell others best; the usual one without any."""
         if self.recordings is None:
-            return usual
+            return APPEARANCE.ridge
         lost = [float((self.left_out(ridge) ** 2).sum()) for ridge in APPEARANCE.ridges]
         return APPEARANCE.ridges[int(np.argmin(lost))]
 
@@ -94,14 +95,11 @@ class Frames:
         """
         if self.recordings is None:
             return self._frame_out(ridge)
-        return self._recording_out(self.recordings, ridge)
-
-    def _recording_out(self, recordings: IntArray, ridge: float) -> FloatArray:
-        names = np.unique(recordings)
+        names = np.unique(self.recordings)
         held = np.diag(np.r_[1e-9, np.full(self.parameters.shape[1], ridge)])
         off, sums = np.zeros(self.values.shape), self._sums
         for name in names:
-            out = recordings == name
+            out = self.recordings == name
             gram, cross = (part[names != name].sum(axis=0) for part in sums)
             found = np.linalg.solve(gram + held, cross)
             rows, seen = self._rows[out], self.seen[out]
@@ -134,7 +132,7 @@ class Frames:
         without the frame. A frame that alone decides about an item has a leverage of nearly 1,
         which is held below `APPEARANCE.highest`.
         """
-        rows = np.column_stack([np.ones(len(self.parameters)), self.parameters])
+        rows = self._rows
         seen, values = self.seen.astype(np.float64), self.values.astype(np.float64)
         held = np.diag(np.r_[1e-9, np.full(rows.shape[1] - 1, ridge)])
         gram = np.einsum("tk,ti,tj->kij", seen, rows, rows, optimize=True)

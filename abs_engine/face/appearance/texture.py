@@ -201,7 +201,7 @@ def learn_shared_texture(
         frame to frame as that of so many does (Satterthwaite, Biometrics 1946).
     """
     fits, frames = _gathered(sightings, scene, atlas, camera, renderer, recordings)
-    ridge = frames.ridge(APPEARANCE.ridge)
+    ridge = frames.ridge
     shown = frames.of(np.asarray(frames.seen.any(axis=0)))  # the rest only costs memory
     squared = (shown.left_out(ridge) ** 2).mean(axis=2).sum(axis=1)
     each = squared / np.maximum(frames.seen.sum(axis=1), 1)
