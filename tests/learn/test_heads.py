@@ -24,6 +24,7 @@ from abs_engine.io.morphs.obj import tiled
 from abs_engine.learn.heads.build import build_head
 from abs_engine.learn.heads.frame import head_frame
 from abs_engine.learn.heads.marks import Marks
+from abs_engine.learn.heads.paint import _from_pupil
 from abs_engine.learn.heads.table import read_table
 from abs_engine.tracking.landmark.rendered_landmarks import with_network
 
@@ -84,6 +85,18 @@ def test_painted_brows_lie_above_the_lids(made):
         assert len(brow) > 20
         assert np.ptp(brow[:, 0]) > 0.8 * np.linalg.norm(eyes[0] - eyes[1])
         assert 6 < brow[:, 1].mean() - eyes[:, 1].mean() < 20
+
+
+@pytest.mark.parametrize("deep", [0.0, 12.0])
+def test_eyes_have_a_pupil_an_iris_and_a_white_also_where_they_are_flat(deep):
+    x, y = np.mgrid[-12:13, -12:13].reshape(2, -1)
+    away = np.hypot(x, y)
+    disc, away = np.column_stack([x, y, 70.0 + 0 * x])[away <= 12], away[away <= 12]
+    disc[:, 2] += deep * np.sqrt(1 - (away / 12) ** 2)
+    at = _from_pupil(disc)
+    assert set(at[away < 2]) == {0.0}
+    assert set(at[(away > 4) & (away < 6)]) == {1.0}
+    assert set(at[away > 7]) == {2.0}
 
 
 def test_lips_are_found_between_their_contours(folder):

@@ -111,8 +111,8 @@ def _brows(skin: FloatArray, eyes: FloatArray) -> FloatArray:
 
 def _from_pupil(eye: FloatArray) -> FloatArray:
     """Place (N,) of an eyeball's vertices on the strip, from its pupil: 0, 1 iris, 2 white."""
-    front = eye[eye[:, 2] > eye[:, 2].max() - 0.1 * np.ptp(eye[:, 2])]
+    front = eye[eye[:, 2] >= eye[:, 2].max() - 0.1 * np.ptp(eye[:, 2])]
     radius = 0.5 * float(np.ptp(eye[:, :2], axis=0).max())
     away = np.hypot(*(eye[:, :2] - front[:, :2].mean(axis=0)).T) / max(radius, 1e-9)
-    away = np.where(eye[:, 2] > np.median(eye[:, 2]), away, 1.0)
+    away = np.where(eye[:, 2] >= np.median(eye[:, 2]), away, 1.0)
     return np.asarray(np.interp(away, [_PUPIL, _PUPIL + 0.08, _IRIS, _IRIS + 0.06], [0, 1, 1, 2]))
