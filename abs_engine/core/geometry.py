@@ -153,14 +153,7 @@ class Pose:
     translation: FloatArray
 
     def __post_init__(self) -> None:
-        try:
-            turn = np.array(self.rotation, np.float64).reshape(3, 3)  # a caller may change its own
-            shift = np.array(self.translation, np.float64).reshape(3)
-        except (TypeError, ValueError) as error:
-            raise ParameterError(
-                "a pose is a 3x3 rotation matrix and a translation of 3 numbers",
-                "give these, or a rotation vector to Pose.from_vectors",
-            ) from error
+        turn, shift = _numbers(self.rotation, 3, 3), _numbers(self.translation, 3)
         object.__setattr__(self, "rotation", turn)
         object.__setattr__(self, "translation", shift)
         if not (np.isfinite(self.rotation).all() and np.isfinite(self.translation).all()):
@@ -169,8 +162,8 @@ class Pose:
     @classmethod
     def from_vectors(cls, rotation_vector: ArrayLike, translation: ArrayLike) -> Pose:
         """Pose from a rotation vector (radians, as `cv2.Rodrigues`) and a translation (mm)."""
-        matrix, _ = cv2.Rodrigues(np.asarray(rotation_vector, np.float64).reshape(3, 1))
-        return cls(np.asarray(matrix), np.asarray(translation, np.float64))
+        matrix, _ = cv2.Rodrigues(_numbers(rotation_vector, 3, 1))
+        return cls(np.asarray(matrix), _numbers(translation, 3))
 
     @classmethod
     def facing(cls, distance: float) -> Pose:
@@ -195,6 +188,17 @@ class Pose:
         """Angle between the two rotations, radians, 0 to pi."""
         cosine = (np.trace(self.rotation.T @ other.rotation) - 1) / 2
         return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+def _numbers(given: ArrayLike, *shape: int) -> FloatArray:
+    """Numbers of a pose as an array of their own, as a caller may change its own."""
+    try:
+        return np.array(given, np.float64).reshape(shape)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(
+            "a pose is a 3x3 rotation matrix and a translation of 3 numbers",
+            "give these, or a rotation vector to Pose.from_vectors",
+        ) from error
 
 
 FACING: FloatArray = np.diag([1.0, -1.0, -1.0])

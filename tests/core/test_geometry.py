@@ -125,6 +125,12 @@ def test_a_pose_that_is_not_finite():
         Pose(np.eye(3), [0, np.nan, 1])
 
 
+@pytest.mark.parametrize("vectors", [([1, 2], [0, 0, 9]), ("turn", [0, 0, 9]), ([0, 0, 0], "far")])
+def test_vectors_of_a_pose_that_are_not_three_numbers(vectors):
+    with pytest.raises(ParameterError, match="a pose is"):
+        Pose.from_vectors(*vectors)
+
+
 @pytest.mark.parametrize("name", LENSES)
 def test_projection_is_that_of_opencv(name):
     camera = lens(name)
