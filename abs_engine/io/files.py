@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import errno
 import os
-from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Self
 
 import cv2
 import numpy as np
@@ -17,30 +15,6 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import BusyOutputError, OutputError
 from abs_engine.io.naming import lock, partial_of, rename_new, sweep
-
-
-class Making(ABC):
-    """Output in the making: however its context is left, it is tidied up, and a failing disk named.
-
-    Attributes
-    ----------
-    target : Path
-        What is made.
-    """
-
-    target: Path
-
-    @abstractmethod
-    def leave(self) -> None:
-        """Tidy up."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        self.leave()
-        if isinstance(error, OSError):
-            raise unwritable(self.target, error) from error
 
 
 def check_free(path: Path, ending: str = "") -> Path:

@@ -6,9 +6,10 @@ import os
 import shutil
 from contextlib import suppress
 from pathlib import Path
+from typing import Self
 
 from abs_engine.core.errors import OutputError
-from abs_engine.io.files import Making, check_free, unwritable
+from abs_engine.io.files import check_free, unwritable
 from abs_engine.io.naming import (
     CHOICES,
     WHOLE,
@@ -23,7 +24,7 @@ from abs_engine.io.naming import (
 _TRIES = 10
 
 
-class NewFolder(Making):
+class NewFolder:
     """A folder in the making: fill `work`, then `finish` gives it its name.
 
     It lies beside its place in ``.NAME.partial``, which is locked as long as the process lives;
@@ -37,6 +38,8 @@ class NewFolder(Making):
 
     Attributes
     ----------
+    target : Path
+        The folder.
     partial : Path
         Holds `work`, and what else is to be known until it is finished.
 
@@ -47,10 +50,6 @@ class NewFolder(Making):
         there what it has done, or its parent cannot be written or locked; on leaving the context
         also for any `OSError` of the writing.
     """
-
-    what = "what an interrupted command had kept"
-    remedy = "finish it by the same command, choose another name, or remove that folder"
-    """What is said of what can be gone on with, and what to do."""
 
     def __init__(self, folder: Path) -> None:
         self.target = Path(folder)
@@ -98,7 +97,10 @@ class NewFolder(Making):
     def _begin(self) -> None:
         """Make ready what is filled."""
         if is_kept(self.partial):
-            raise OutputError(f"{self.partial} holds {self.what}", self.remedy)
+            raise OutputError(
+                f"{self.partial} holds what an interrupted command had kept",
+                "finish it by the same command, choose another name, or remove that folder",
+            )
         self._begin_again()
 
     def _begin_again(self) -> None:
@@ -136,3 +138,11 @@ class NewFolder(Making):
     def leave(self) -> None:
         """Remove what was written."""
         self.discard()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        self.leave()
+        if isinstance(error, OSError):
+            raise unwritable(self.target, error) from error
