@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
-from contextlib import ExitStack
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import chain
+from itertools import chain, islice
 
 import cv2
 import numpy as np
@@ -14,8 +13,7 @@ from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Window
 from abs_engine.core.errors import VideoError
 from abs_engine.dataset import Truth
-from abs_engine.io.files import scratch
-from abs_engine.io.video import VideoWriter
+from abs_engine.io.video import film_bytes
 from abs_engine.report.data import Film, System, TrueClip, WorstFrame
 from abs_engine.report.drawing.colours import TRUTH_ON_PICTURES, picture_colour, rgb
 from abs_engine.report.drawing.lines import draw_line
@@ -83,31 +81,23 @@ def shorten(
     last = max([frames - 1, *wanted])
     kept: dict[int, Image] = {}
     size, number = (0, 0), -1
-    with scratch() as folder:
-        path = folder / "film.mp4"
-        writer: VideoWriter | None = None
-        with ExitStack() as stack:
-            for number, picture in enumerate(pictures):
-                size = picture.shape[1], picture.shape[0]
+
+    def small() -> Iterator[Image]:
+        nonlocal size, number
+        for number, picture in enumerate(islice(pictures, last + 1)):
+            size = picture.shape[1], picture.shape[0]
+            if number in wanted:
+                kept[number] = picture
+            if number < frames:
                 window = Window(0, 0, *size, min(1.0, LARGEST_WIDTH / size[0]))
-                if writer is None:
-                    uneven = times is not None
-                    made = VideoWriter(path, window.drawn, rate, QUALITY, uneven=uneven)
-                    writer = stack.enter_context(made)
-                if number < frames:
-                    small = picture if window.scale == 1 else window.sample(picture)
-                    time = None if times is None else float(times[number] - times[0])
-                    writer.write(np.asarray(small, np.uint8), time)
-                if number in wanted:
-                    kept[number] = picture
-                if number == last:
-                    break
+                yield picture if window.scale == 1 else np.asarray(window.sample(picture), np.uint8)
         if number < last:
             raise VideoError(
                 f"the video has {number + 1} frames, the results {last + 1} or more",
                 "give the video that was tracked",
             )
-        return Film(path.read_bytes(), size), kept
+
+    return Film(film_bytes(small(), rate, QUALITY, times), size), kept
 
 
 def mouth_picture(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +13,7 @@ from abs_engine.capture.settings import CAPTURE
 from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.calibrate import board_options, calibrate
 from abs_engine.cli.parts.command import Chosen, Done, command
-from abs_engine.cli.parts.dots import DotsFilm, views_of
+from abs_engine.cli.parts.dots import dots_film, views_of
 from abs_engine.cli.parts.drawing import note
 from abs_engine.cli.parts.progress import Progress
 from abs_engine.core.errors import DegenerateViewsError, ParameterError
@@ -149,13 +148,11 @@ def _videos(chosen: Chosen, videos: Sequence[Path]) -> Done:
     names, places = initial_places(points, len(views))
     head.check(names)
     check_sides(views, triangulate(views, places).points)  # what is wrong, before the long work
-    with ExitStack() as stack:
-        progress = stack.enter_context(Progress("observing"))
-        overlay = stack.enter_context(DotsFilm(chosen.overlay, info.rate))
+    with Progress("observing") as progress, dots_film(chosen.overlay, info.rate) as film:
 
         def watch(moment: Moment) -> None:
             progress(moment.frame + 1, info.frames)
-            overlay.add(moment)
+            film(moment)
 
         tracks = follow_videos(videos, points, corrections, watch=watch)
         source = " ".join(["dots in", *(v.name for v in videos)])
@@ -164,7 +161,6 @@ def _videos(chosen: Chosen, videos: Sequence[Path]) -> Done:
         write_observations(chosen.output, observed)
         if chosen.review is not None:
             write_new(chosen.review, write_marks(rows).encode())
-        overlay.finish()
     looked_at = f"{len(rows)} of {tracks.scores.size} places should be looked at by a person"
     return _done(chosen, observed, views, [*_order(observed, chosen.largest_error), looked_at])
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from abs_engine.core.errors import ParameterError
@@ -13,48 +14,32 @@ from abs_engine.io.files import write_new
 if TYPE_CHECKING:
     from abs_engine.capture.session import Moment
     from abs_engine.capture.view import View
+
+
+@contextmanager
+def dots_film(path: Path | None, rate: float) -> Iterator[Callable[[Moment], None]]:
+    """Takes frames for a film of the dots, whole or not at all; nothing where no path is given."""
+    from abs_engine.capture.overlay import draw_views
     from abs_engine.io.video import VideoWriter
 
+    with TemporaryDirectory() as folder, ExitStack() as stack:
+        made = Path(folder) / "overlay.mp4"
+        writer: VideoWriter | None = None
 
-class DotsFilm:
-    """A film of the dots, whole or not at all; nothing where no path is given."""
+        def add(moment: Moment) -> None:
+            nonlocal writer
+            if path is None:
+                return
+            picture = draw_views(moment.images, moment.sightings, moment.names)
+            if writer is None:
+                size = picture.shape[1], picture.shape[0]
+                writer = stack.enter_context(VideoWriter(made, size, rate))
+            writer.write(picture)
 
-    def __init__(self, path: Path | None, rate: float) -> None:
-        self._path, self._rate = path, rate
-        self._folder = tempfile.TemporaryDirectory()
-        self._writer: VideoWriter | None = None
-
-    def add(self, moment: Moment) -> None:
-        """Append a frame."""
-        if self._path is None:
-            return
-        from abs_engine.capture.overlay import draw_views
-        from abs_engine.io.video import VideoWriter
-
-        picture = draw_views(moment.images, moment.sightings, moment.names)
-        if self._writer is None:
-            size = picture.shape[1], picture.shape[0]
-            self._writer = VideoWriter(self._file, size, self._rate)
-        self._writer.write(picture)
-
-    def finish(self) -> None:
-        """Close the film and put it in its place."""
-        if self._path is not None and self._writer is not None:
-            self._writer.close()
-            self._writer = None
-            write_new(self._path, self._file.read_bytes())
-
-    @property
-    def _file(self) -> Path:
-        return Path(self._folder.name) / "overlay.mp4"
-
-    def __enter__(self) -> DotsFilm:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._writer is not None:
-            self._writer.close()
-        self._folder.cleanup()
+        yield add
+        stack.close()
+        if path is not None and writer is not None:
+            write_new(path, made.read_bytes())
 
 
 def views_of(files: Sequence[Path], videos: Sequence[Path]) -> list[View]:

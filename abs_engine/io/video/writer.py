@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from contextlib import ExitStack
 from fractions import Fraction
 from pathlib import Path
 from typing import cast
@@ -10,6 +12,9 @@ import av
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+
+from abs_engine.core.arrays import FloatArray
+from abs_engine.io.files import scratch
 
 Frame = NDArray[np.uint8]
 """A picture, (H, W, 3) uint8 RGB, row 0 at the top."""
@@ -110,3 +115,26 @@ class VideoWriter:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def film_bytes(
+    frames: Iterable[Frame], rate: float, crf: int = 18, times: FloatArray | None = None
+) -> bytes:
+    """Frames of one size as an MP4, shown at even steps or at the `times` (T,), s, since the first.
+
+    Raises
+    ------
+    OutputError
+        If temporary files cannot be written.
+    """
+    with scratch() as folder:
+        path = folder / "film.mp4"
+        with ExitStack() as stack:
+            writer: VideoWriter | None = None
+            for number, frame in enumerate(frames):
+                if writer is None:
+                    size = frame.shape[1], frame.shape[0]
+                    made = VideoWriter(path, size, rate, crf, uneven=times is not None)
+                    writer = stack.enter_context(made)
+                writer.write(frame, None if times is None else float(times[number] - times[0]))
+        return path.read_bytes()

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from abs_engine.core.arrays import Image
 from abs_engine.core.scene import Renderer
 from abs_engine.io.files import check_free, png, write_new
+from abs_engine.io.video import film_bytes
 from abs_engine.report.inspect.heads import (
     draw_nomogram,
     draw_portrait,
@@ -14,7 +15,7 @@ from abs_engine.report.inspect.heads import (
     draw_turntable,
 )
 from abs_engine.report.inspect.label_kinds import draw_label
-from abs_engine.report.inspect.output import Film, Progress, is_film, reported, write_film
+from abs_engine.report.inspect.output import Film, Progress, even_sided, is_film, reported
 from abs_engine.report.inspect.request import LABEL_KINDS, Request
 from abs_engine.report.inspect.run_kinds import draw_error, draw_overlay
 
@@ -50,7 +51,8 @@ def render_to_file(request: Request, renderer: Renderer, progress: Progress | No
     film = is_film(request.output)
     made = _KINDS[request.kind](request, renderer, film, progress)
     if isinstance(made, Film):
-        frames = reported(made.frames, made.count, progress)
-        write_film(request.output, frames, made.rate, made.times)
+        frames = map(even_sided, reported(made.frames, made.count, progress))
+        content = film_bytes(frames, made.rate, times=made.times)
     else:
-        write_new(request.output, png(made))
+        content = png(made)
+    write_new(request.output, content)

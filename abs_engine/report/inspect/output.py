@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -13,8 +12,6 @@ import numpy as np
 from abs_engine.core.arrays import FloatArray, Image, evenly
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import checked_frame
-from abs_engine.io.files import scratch, write_new
-from abs_engine.io.video import VideoWriter
 from abs_engine.report.drawing.layout import columns_of, sheet
 from abs_engine.report.inspect.request import Request
 
@@ -110,29 +107,7 @@ def reported(things: Iterable[Thing], count: int, progress: Progress | None) -> 
             progress(done, count)
 
 
-def write_film(
-    path: Path, frames: Iterable[Image], rate: float, times: FloatArray | None = None
-) -> None:
-    """Write a new MP4, all frames of one size; odd sizes get a white line.
-
-    Frames are shown at even steps, or at the `times` (T,), s, since the first.
-
-    Raises
-    ------
-    OutputError
-        If the file exists or cannot be written.
-    """
-    writer = None
-    with scratch() as folder:
-        made = folder / "film.mp4"
-        with ExitStack() as stack:
-            for index, frame in enumerate(frames):
-                odd = [(0, n % 2) for n in frame.shape[:2]]
-                even = np.pad(frame, (*odd, (0, 0)), constant_values=255)
-                if writer is None:
-                    size = even.shape[1], even.shape[0]
-                    writer = stack.enter_context(
-                        VideoWriter(made, size, rate, uneven=times is not None)
-                    )
-                writer.write(even, None if times is None else float(times[index] - times[0]))
-        write_new(path, made.read_bytes())
+def even_sided(picture: Image) -> Image:
+    """A picture with a white line beside each odd side, which a film would cut."""
+    odd = [(0, n % 2) for n in picture.shape[:2]]
+    return np.pad(picture, (*odd, (0, 0)), constant_values=255)
