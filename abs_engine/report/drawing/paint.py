@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.buffers import Buffers
 from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.report.drawing.smooth import smooth_picture
 from abs_engine.report.drawing.view import View
@@ -130,7 +131,9 @@ def _scene(surface: Surface, look: Coat) -> Scene:
     )  # fmt: skip
 
 
-def plain_scene(surface: Surface) -> Scene:
-    """The surface for ids and depth; its colour is of no account."""
+def drawn(renderer: Renderer, surface: Surface, view: View) -> Buffers:
+    """Buffers of a surface, whose colour is of no account: one sample in each pixel's middle."""
     none = np.full((len(surface.vertices), 2), 0.5, np.float32)
-    return _scene(surface, Coat(none, np.zeros((1, 1, 3), np.uint8)))
+    scene = _scene(surface, Coat(none, np.zeros((1, 1, 3), np.uint8)))
+    one = Candidates.one(np.zeros(0), view.pose)
+    return renderer.draw(scene, one, view.camera, view.window)[0]

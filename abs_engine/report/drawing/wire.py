@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray, Image
-from abs_engine.core.scene import Candidates, Renderer
-from abs_engine.report.drawing.paint import Surface, plain_scene
+from abs_engine.core.scene import Renderer
+from abs_engine.report.drawing.paint import Surface, drawn
 from abs_engine.report.drawing.view import View
 
 _FINER = 3  # drawn pixels a side for each pixel of the picture
@@ -45,16 +45,13 @@ def draw_wire(
     strength : float
         Share of the lines in the pixels that they cover, 0 to 1.
     """
-    fine = replace(view.window, scale=view.window.scale * _FINER)
-    drawn = renderer.draw(
-        plain_scene(surface), Candidates.one(np.zeros(0), view.pose), view.camera, fine
-    )[0]
-    seen = replace(view, window=fine).pixels(surface.vertices)
+    fine = replace(view, window=replace(view.window, scale=view.window.scale * _FINER))
+    buffers, seen = drawn(renderer, surface, fine), fine.pixels(surface.vertices)
     cover = line_cover(
-        drawn.facet_id, drawn.barycentrics, seen, surface.faces, edges, width * _FINER
+        buffers.facet_id, buffers.barycentrics, seen, surface.faces, edges, width * _FINER
     )
     lines = cover[..., None]
-    ink = np.dstack([colours[drawn.facet_id - 1] * lines, lines]).astype(np.float32)
+    ink = np.dstack([colours[buffers.facet_id - 1] * lines, lines]).astype(np.float32)
     ink = strength * cv2.resize(ink, view.window.drawn, interpolation=cv2.INTER_AREA)
     mixed = picture * (1 - ink[..., 3:]) + ink[..., :3]
     return np.asarray(np.clip(np.rint(mixed), 0, 255), np.uint8)
@@ -95,7 +92,7 @@ def line_cover(
     barycentrics: NDArray[np.floating],
     pixels: FloatArray,
     faces: NDArray[np.integer],
-    drawn: BoolArray,
+    wanted: BoolArray,
     width: float,
 ) -> BoolArray:
     """Cover of lines, (H, W) bool.
@@ -108,7 +105,7 @@ def line_cover(
     pixels : (V, 2) float64
         Where the vertices lie in the picture.
     faces : (F, 3) int
-    drawn : (F, 3) bool
+    wanted : (F, 3) bool
         Edges to draw, by the corner opposite to them.
     width : float
         Of the lines, pixels.
@@ -117,7 +114,7 @@ def line_cover(
     edges = np.roll(corners, -2, 1) - np.roll(corners, -1, 1)
     doubled = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
     heights = doubled[:, None] / np.maximum(np.linalg.norm(edges, axis=2), 1e-9)
-    heights = np.where(drawn, heights, np.inf)
+    heights = np.where(wanted, heights, np.inf)
     lines = np.zeros(ids.shape, bool)
     seen = ids > 0
     # A weight of 0 times an endless height is the edge that is not drawn.

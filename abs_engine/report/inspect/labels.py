@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.scene import Candidates, Renderer
+from abs_engine.core.scene import Renderer
 from abs_engine.io.assets import Speaker
 from abs_engine.report.drawing import legend
-from abs_engine.report.drawing.paint import plain_scene
+from abs_engine.report.drawing.paint import drawn
 from abs_engine.report.drawing.palette import (
     CLASS_COLOURS,
     FACET_COLOURS,
@@ -68,8 +68,7 @@ class LabelFrame:
 
 def drawn_labels(renderer: Renderer, body: Body, view: View, caption: str = "") -> LabelFrame:
     """The labels of a drawn head, one sample in the middle of each pixel."""
-    one = Candidates.one(np.zeros(0), view.pose)
-    buffers = renderer.draw(plain_scene(body), one, view.camera, view.window)[0]
+    buffers = drawn(renderer, body, view)
 
     def normals() -> NDArray[np.generic]:
         rotated = body.normals @ view.pose.rotation.T

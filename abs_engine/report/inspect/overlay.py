@@ -10,10 +10,10 @@ import numpy as np
 from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.camera import Window
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.scene import Candidates, Renderer
+from abs_engine.core.scene import Renderer
 from abs_engine.report.drawing.layout import captioned
 from abs_engine.report.drawing.lines import Colour, draw_line
-from abs_engine.report.drawing.paint import paint_layers, plain_scene
+from abs_engine.report.drawing.paint import drawn, paint_layers
 from abs_engine.report.drawing.view import View
 from abs_engine.report.drawing.wire import draw_wire, quad_edges
 from abs_engine.report.inspect.body import Body, coat, unknown
@@ -102,29 +102,19 @@ class OverlayPainter:
             ("inner_lip_lower", False, LOWER),
             ("outer_lip", True, OUTER),
         ):
-            _edged_line(picture, pixels[marks[name]], closed, colour, self._edged)
+            self._line(picture, pixels[marks[name]], closed, colour)
         return picture
-
-    @property
-    def _edged(self) -> bool:
-        """Whether there is room for dark edges of lines."""
-        return self._scale > 1 or self._run.camera.size[1] >= LEAST_HEIGHT
 
     def _outline(self, picture: Image, body: Body, view: View) -> None:
         """The silhouette of the head, in place."""
-        one = Candidates.one(np.zeros(0), view.pose)
-        drawn = self._renderer.draw(plain_scene(body), one, view.camera, view.window)[0]
-        covered = np.pad(drawn.covered.astype(np.uint8), 1)
+        covered = np.pad(drawn(self._renderer, body, view).covered.astype(np.uint8), 1)
         chain, _ = cv2.findContours(covered, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         for contour in chain:
             points = contour[:, 0].astype(np.float64) - 1
-            _edged_line(picture, points, True, OUTLINE, self._edged)
+            self._line(picture, points, True, OUTLINE)
 
-
-def _edged_line(
-    picture: Image, points: FloatArray, closed: bool, colour: Colour, edged: bool
-) -> None:
-    """A smooth line, perhaps with a dark edge, in place."""
-    if edged:
-        draw_line(picture, points, closed, (0, 0, 0), 3)
-    draw_line(picture, points, closed, colour)
+    def _line(self, picture: Image, points: FloatArray, closed: bool, colour: Colour) -> None:
+        """A smooth line, with a dark edge where there is room for one, in place."""
+        if self._scale > 1 or self._run.camera.size[1] >= LEAST_HEIGHT:
+            draw_line(picture, points, closed, (0, 0, 0), 3)
+        draw_line(picture, points, closed, colour)
