@@ -13,7 +13,6 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.io.assets import Speaker
 from abs_engine.report.articulation.tables import Box
-from abs_engine.report.drawing.figure import plain
 from abs_engine.report.inspect.body import Body
 from abs_engine.report.inspect.sheets import Look, Row, nomogram
 
@@ -36,7 +35,7 @@ def boxplot_figure(boxes: Sequence[Box], rows: int = 2) -> Figure:
     ordered = sorted(boxes, key=lambda b: -b.rms)
     size = -(-len(ordered) // rows)
     figure = Figure(figsize=(10, 2.4 * rows), layout="constrained")
-    top = max(max((b.high, b.rms, *b.outliers)) for b in ordered)
+    top = max(max((b.drawn["whishi"], b.rms, *b.drawn["fliers"])) for b in ordered)
     for k, axes in enumerate(np.atleast_1d(figure.subplots(rows, 1))):
         _draw_row(axes, ordered[k * size : (k + 1) * size])
         axes.set(ylim=(0, 1.05 * top), ylabel="error of a point (mm)", xlim=(-0.7, size - 0.3))
@@ -46,15 +45,8 @@ def boxplot_figure(boxes: Sequence[Box], rows: int = 2) -> Figure:
 def _draw_row(axes: Axes, boxes: Sequence[Box]) -> None:
     if not boxes:
         return
-    drawn = [
-        {
-            "label": plain(b.viseme), "whislo": b.low, "q1": b.first, "med": b.median,
-            "q3": b.third, "whishi": b.high, "fliers": b.outliers,
-        }
-        for b in boxes
-    ]  # fmt: skip
     axes.bxp(
-        drawn, positions=range(len(boxes)), widths=0.6, manage_ticks=True,
+        [b.drawn for b in boxes], positions=range(len(boxes)), widths=0.6, manage_ticks=True,
         flierprops={"marker": "+", "markersize": 2, "markeredgecolor": "0.6"},
         medianprops={"color": "black"}, boxprops={"color": "0.3"},
     )  # fmt: skip

@@ -139,7 +139,7 @@ def model_page(done: Analysis, pictures: Sequence[tuple[str, str]]) -> str:
     shown = sorted(
         boxes(built.corpus.visemes, built.model.names, built.errors), key=lambda b: -b.rms
     )
-    missed = [(b.viseme, f"{b.rms:.2f}", f"{b.median:.2f}", b.worst) for b in shown]
+    missed = [(b.viseme, f"{b.rms:.2f}", f"{b.drawn['med']:.2f}", b.worst) for b in shown]
     visemes = table(("viseme", "RMS, mm", "median, mm", "worst point"), missed)
     made = f"made by {described(made_by())}"
     told = [(line,) for line in (*corpus_lines(done), *error_lines(done), made)]

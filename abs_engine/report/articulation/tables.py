@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.cbook import boxplot_stats
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 from abs_engine.learn.articulatory import Build, rms
+from abs_engine.report.drawing.figure import plain
 
 PAPER_VARIANCE = {
     "jaw1": 0.1611, "lips1": 0.5010, "lips2": 0.1019, "lips3": 0.0960, "lips4": 0.0672,
@@ -56,23 +58,16 @@ class Box:
 
     Parameters
     ----------
-    low, first, median, third, high : float
-        Quartiles, and the last values within 1.5 times their distance from the box.
-    outliers : tuple of float
-        Beyond `low` and `high`.
     worst : str
         The point that is missed most.
+    drawn : dict
+        Quartiles, whiskers and outliers, as matplotlib's `boxplot_stats` names them.
     """
 
     viseme: str
-    low: float
-    first: float
-    median: float
-    third: float
-    high: float
     rms: float
-    outliers: tuple[float, ...]
     worst: str
+    drawn: dict[str, Any]
 
 
 def boxes(visemes: Sequence[str], names: Sequence[str], errors: FloatArray) -> tuple[Box, ...]:
@@ -81,16 +76,9 @@ def boxes(visemes: Sequence[str], names: Sequence[str], errors: FloatArray) -> t
 
 
 def _box(viseme: str, names: Sequence[str], errors: FloatArray) -> Box:
-    values = errors[np.isfinite(errors)]
-    first, median, third = (float(q) for q in np.percentile(values, (25, 50, 75)))
-    reach = 1.5 * (third - first)
-    inside = values[(values >= first - reach) & (values <= third + reach)]
-    outside = values[(values < first - reach) | (values > third + reach)]
-    return Box(
-        viseme, float(inside.min()), first, median, third, float(inside.max()),
-        float(rms(values)), tuple(float(v) for v in np.sort(outside)),
-        names[int(np.nanargmax(errors))],
-    )  # fmt: skip
+    values = np.sort(errors[np.isfinite(errors)])
+    (drawn,) = boxplot_stats(values, labels=[plain(viseme)])
+    return Box(viseme, float(rms(values)), names[int(np.nanargmax(errors))], drawn)
 
 
 def results(built: Build, left_out: FloatArray | None = None) -> dict[str, Any]:
