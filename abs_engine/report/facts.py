@@ -10,9 +10,8 @@ from abs_engine.core.provenance import FIGURES, described, made_by
 from abs_engine.dataset import Truth
 from abs_engine.dataset.dataset import dataset_root, read_record
 from abs_engine.evaluate.machine import machine_facts
-from abs_engine.io.inputs import read_json
 from abs_engine.report.data import Rows
-from abs_engine.tracking.runs.record import SUMMARY
+from abs_engine.tracking.runs.record import stated
 
 _MORE_PACKAGES = ("scipy", "opencv-contrib-python-headless", "nlopt", "av", "plotly")
 _FIRST = ("engine_version", "commit", "dirty", "renderer")
@@ -83,10 +82,9 @@ def run_facts(path: Path) -> Rows:
 def _run_json(path: Path) -> dict[str, Any] | None:
     """Content of a run's ``run.json``; None where it cannot be read."""
     try:
-        told = read_json(path / SUMMARY, gaps=True)
+        return stated(path)
     except (OSError, ValueError):
         return None
-    return told if isinstance(told, dict) else None
 
 
 def _film_made(path: Path) -> dict[str, Any]:

@@ -93,19 +93,18 @@ def sheet(tiles: Sequence[Image], columns: int) -> Image:
 def beside(pictures: Sequence[Image]) -> Image:
     """Pictures in a row, in the middle of the height of the highest."""
     height = max(p.shape[0] for p in pictures)
-    return np.concatenate([_padded(p, height) for p in pictures], axis=1)
+    left = [height - p.shape[0] for p in pictures]
+    padded = (
+        np.pad(p, ((n // 2, n - n // 2), (0, 0), (0, 0)), constant_values=PAPER)
+        for p, n in zip(pictures, left, strict=True)
+    )
+    return np.concatenate([*padded], axis=1)
 
 
 def stacked(pictures: Sequence[Image]) -> Image:
     """Pictures one below the other, in the middle of the width of the widest."""
     turned = [p.transpose(1, 0, 2) for p in pictures]
     return np.ascontiguousarray(beside(turned).transpose(1, 0, 2))
-
-
-def _padded(picture: Image, height: int) -> Image:
-    above = (height - picture.shape[0]) // 2
-    below = height - picture.shape[0] - above
-    return np.pad(picture, ((above, below), (0, 0), (0, 0)), constant_values=PAPER)
 
 
 def columns_of(count: int, size: tuple[int, int]) -> int:

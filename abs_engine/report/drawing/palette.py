@@ -66,18 +66,13 @@ def facet_palette(faces: NDArray[np.integer], weld: NDArray[np.integer]) -> IntA
         touching = {int(chosen[f]) for group in groups for f in group}
         free = [c for c in range(len(used)) if c not in touching]
         if not free:
-            shared = _sharing_edge(facet, groups)
-            free = [c for c in range(len(used)) if c not in {int(chosen[f]) for f in shared}]
+            one, two, three = map(set, groups)
+            beside = ((one & two) | (two & three) | (three & one)) - {facet}  # share an edge
+            free = [c for c in range(len(used)) if c not in {int(chosen[f]) for f in beside}]
         pick = min(free, key=lambda c: used[c])
         chosen[facet] = pick
         used[pick] += 1
     return chosen
-
-
-def _sharing_edge(facet: int, groups: list[list[int]]) -> set[int]:
-    """Facets that share two vertices with the one."""
-    a, b, c = (set(group) for group in groups)
-    return ((a & b) | (b & c) | (c & a)) - {facet}
 
 
 def paint_ids(ids: NDArray[np.integer], colours: Image) -> Image:

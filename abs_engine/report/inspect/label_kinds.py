@@ -16,7 +16,7 @@ from abs_engine.report.drawing.layout import beside, captioned, framed
 from abs_engine.report.drawing.view import views_of
 from abs_engine.report.inspect.body import posed
 from abs_engine.report.inspect.heads import FILM_VIEWS, person_of
-from abs_engine.report.inspect.labels import LabelFrame, LabelPainter, drawn_labels, limits_of
+from abs_engine.report.inspect.labels import LabelPainter, drawn_labels, limits_of
 from abs_engine.report.inspect.output import SHEET_TILES, Film, Progress, presented
 from abs_engine.report.inspect.request import Request
 from abs_engine.report.inspect.runs import load_run_head
@@ -40,15 +40,12 @@ def draw_label(
     sampled = chosen or evenly(source.count, _SAMPLED if film else SHEET_TILES)
     painter = LabelPainter(kind, speaker, _limits(request, source, sampled))
 
-    def drawn(frame: LabelFrame) -> Image:
-        picture = painter.picture(frame)
-        if request.run is not None or request.truth is not None:
-            picture = framed(picture)
-        return captioned(picture, frame.caption) if frame.caption else picture
-
     def painted(wanted: list[int]) -> Iterator[Image]:
-        for number in wanted:
-            yield drawn(source.frame(number))
+        for frame in map(source.frame, wanted):
+            picture = painter.picture(frame)
+            if request.run is not None or request.truth is not None:
+                picture = framed(picture)
+            yield captioned(picture, frame.caption) if frame.caption else picture
 
     made = presented(request, film, source.count, source.rate, painted, progress, source.times)
     if isinstance(made, Film):

@@ -79,26 +79,20 @@ def draw_error(
 
 
 def _errors(request: Request) -> tuple[Body, NDArray[np.float64], str]:
-    """The head, a number for each vertex, and what the numbers are."""
-    of_array, of_run = request.values is not None, request.run is not None
-    of_truth = request.truth is not None
-    more = of_run or of_truth or request.frame is not None
-    if more if of_array else not (of_run and of_truth):
+    """The head, a number for each vertex, and what the numbers are.
+
+    Of a run: the true head, and the RMS error of all frames, or the distance in one.
+    """
+    others = request.run is not None or request.truth is not None or request.frame is not None
+    if request.values is not None and not others:
+        body = posed(person_of(request), request.units)
+        return body, read_values(request.values, len(body.vertices)), "mm"
+    if request.values is not None or request.run is None or request.truth is None:
         raise ParameterError(
             "errors come from an array, or from a run with its dataset",
             "give --values FILE, or RUN --truth DIR",
         )
-    if request.values is not None:
-        body = posed(person_of(request), request.units)
-        return body, read_values(request.values, len(body.vertices)), "mm"
-    return _run_errors(request)
-
-
-def _run_errors(request: Request) -> tuple[Body, NDArray[np.float64], str]:
-    """The error of a run, painted on the true head: RMS of all frames, or distance in one."""
     run = _run(request)
-    if request.truth is None:
-        raise ParameterError("a run alone has no error", "give its dataset with --truth")
     truth = open_truth(request, request.truth, run.speaker)
     check_pair(run, truth)
     check_run(run.arrays, len(truth), len(truth.neutral))
