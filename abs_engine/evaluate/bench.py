@@ -29,7 +29,7 @@ import numpy as np
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import WHOLE, check_kind
 from abs_engine.evaluate.bench_result import WAYS, BenchResult, WorkResult
-from abs_engine.evaluate.bench_ways import Way, open_ours, open_theirs
+from abs_engine.evaluate.bench_ways import Way, opened_ways
 from abs_engine.evaluate.bench_work import Work, ball_work
 from abs_engine.evaluate.machine import machine_facts
 
@@ -75,14 +75,12 @@ def _measure(
     work: Work, rounds: int, renderers: dict[str, str], notes: dict[str, None]
 ) -> WorkResult:
     with ExitStack() as stack:
-        ways: dict[str, Way] = {}
-        gl_way = open_ours(work, stack, ways, renderers, notes)
-        open_theirs(work, stack, ways, renderers, notes)
-        values = {way: np.array(ways[way].run(len(work.candidates))[1]) for way in ways}
+        ways, gl_way = opened_ways(work, stack, renderers, notes)
+        values = {way: np.array(run(len(work.candidates))[1]) for way, run in ways.items()}
         took: dict[str, list[float]] = {way: [] for way in ways}
         counts = {way: _count(ways[way]) for way in ways}
         for way in _turns(list(ways), rounds):
-            took[way].append(1e3 * ways[way].run(counts[way])[0] / counts[way])
+            took[way].append(1e3 * ways[way](counts[way])[0] / counts[way])
     ours = values["cpu"]
     return WorkResult(
         name=work.name,
@@ -106,5 +104,5 @@ def _turns(ways: list[str], rounds: int) -> Iterator[str]:
 
 def _count(way: Way) -> int:
     """Evaluations in one turn, so that it takes about `BLOCK_SECONDS`."""
-    seconds = min(way.run(4)[0] for _ in range(3)) / 4
+    seconds = min(way(4)[0] for _ in range(3)) / 4
     return max(1, round(BLOCK_SECONDS / seconds)) if seconds > 0 else 1

@@ -12,9 +12,10 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -115,85 +116,62 @@ class PyrenderWorker:
         self._complaints.close()
 
 
-class Way(Protocol):
-    """One way to evaluate a work."""
-
-    def run(self, count: int) -> tuple[float, list[float]]:
-        """Evaluate the first `count` candidates, round and round; seconds and values."""
-        ...
+Way = Callable[[int], tuple[float, list[float]]]
+"""Evaluates so many candidates of a work, from the first, round and round: seconds and values."""
 
 
-class _Ours:
-    """A renderer of this engine; `batched` takes all candidates in one call."""
+def _ours(renderer: FusedRenderer, work: Work, batched: bool = False) -> Way:
+    """The way of this engine's renderer; `batched` takes all candidates in one call."""
+    batches = [work.candidates] if batched else work.singles
+    step, window = len(batches[0]), work.camera.whole
 
-    def __init__(self, renderer: FusedRenderer, work: Work, batched: bool) -> None:
-        self._renderer, self._work = renderer, work
-        self._batches = [work.candidates] if batched else work.singles
-        self._step = len(self._batches[0])
-
-    def run(self, count: int) -> tuple[float, list[float]]:
-        work, window, values = self._work, self._work.camera.whole, []
-        measure, batches = self._renderer.measure, self._batches
-        calls = -(-count // self._step)
+    def run(count: int) -> tuple[float, list[float]]:
+        calls, values = -(-count // step), []
         start = time.perf_counter()
         for i in range(calls):
-            sums = measure(work.scene, batches[i % len(batches)], work.camera, window, work.term)
-            values.append(sums.total)
+            batch = batches[i % len(batches)]
+            values.append(renderer.measure(work.scene, batch, work.camera, window, work.term).total)
         took = time.perf_counter() - start
-        return took * count / (calls * self._step), np.concatenate(values).tolist()
+        return took * count / (calls * step), np.concatenate(values).tolist()
+
+    return run
 
 
-class _Theirs:
+def _theirs(worker: PyrenderWorker, way: str, notes: dict[str, None]) -> Way:
     """One of pyrender's ways, in its worker; NaN once that has ended."""
 
-    def __init__(self, worker: PyrenderWorker, way: str, notes: dict[str, None]) -> None:
-        self._worker, self._way, self._notes = worker, way, notes
-
-    def run(self, count: int) -> tuple[float, list[float]]:
+    def run(count: int) -> tuple[float, list[float]]:
         try:
-            return self._worker.run(self._way, count)
+            return worker.run(way, count)
         except WorkerError as error:
-            self._notes[f"pyrender broke off: {error}"] = None
+            notes[f"pyrender broke off: {error}"] = None
             return math.nan, [math.nan] * count
 
+    return run
 
-def open_ours(
-    work: Work,
-    stack: ExitStack,
-    ways: dict[str, Way],
-    renderers: dict[str, str],
-    notes: dict[str, None],
-) -> str:
-    """Add this engine's ways; returns the one that OpenGL takes by itself."""
+
+def opened_ways(
+    work: Work, stack: ExitStack, renderers: dict[str, str], notes: dict[str, None]
+) -> tuple[dict[str, Way], str]:
+    """All ways that run here by their names, and the one that OpenGL takes by itself."""
+    ways: dict[str, Way] = {}
     gl_way = "gl_thin"
     try:
         with OpenGLRenderer() as chosen:
             gl_way = f"gl_{chosen.vertex_path}"
         thin = stack.enter_context(OpenGLRenderer(vertex_path="thin"))
-        ways["gl_thin"], renderers["gl_thin"] = _Ours(thin, work, False), thin.description
+        ways["gl_thin"], renderers["gl_thin"] = _ours(thin, work), thin.description
         instanced = stack.enter_context(OpenGLRenderer(vertex_path="instanced"))
         for way, batched in (("gl_instanced", False), ("gl_batched", True)):
-            ways[way] = _Ours(instanced, work, batched)
-            renderers[way] = instanced.description
+            ways[way], renderers[way] = _ours(instanced, work, batched), instanced.description
     except AbsEngineError as error:
         notes[f"not all of OpenGL runs here: {error}"] = None
     cpu = stack.enter_context(CpuRenderer())
-    ways["cpu"], renderers["cpu"] = _Ours(cpu, work, False), cpu.description
-    return gl_way
-
-
-def open_theirs(
-    work: Work,
-    stack: ExitStack,
-    ways: dict[str, Way],
-    renderers: dict[str, str],
-    notes: dict[str, None],
-) -> None:
-    """Add pyrender's ways."""
+    ways["cpu"], renderers["cpu"] = _ours(cpu, work), cpu.description
     try:
         worker = stack.enter_context(PyrenderWorker(work))
+        for way in ("pyrender_numpy", "pyrender_tuned"):
+            ways[way], renderers[way] = _theirs(worker, way, notes), worker.renderer
     except WorkerError as error:
         notes[f"pyrender does not run here: {error}"] = None
-        return
-    for way in ("pyrender_numpy", "pyrender_tuned"):
-        ways[way], renderers[way] = _Theirs(worker, way, notes), worker.renderer
+    return ways, gl_way
