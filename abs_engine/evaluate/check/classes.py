@@ -54,7 +54,6 @@ def _areas(clip: Clip) -> dict[str, tuple[FloatArray, FloatArray]]:
         own = middles[clip.facet_class == index]
         if len(own):
             out[label] = own.mean(axis=0), np.ptp(own, axis=0) / 2
-    out[""] = middles[:, :].mean(axis=0), np.ptp(middles, axis=0) / 2
     marks = clip.neutral[clip.landmarks["landmark_68"]].astype(np.float64)
     out["mouth"] = marks[48:].mean(axis=0), np.ptp(marks[48:], axis=0) / 2
     out["lids"] = marks[36:48].mean(axis=0), np.ptp(marks[36:48], axis=0) / 2
