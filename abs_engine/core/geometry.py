@@ -221,6 +221,17 @@ def _rotation(x: float, y: float, z: float) -> FloatArray:
     )
 
 
+def nearest_rotation(matrix: FloatArray) -> FloatArray:
+    """The rotation nearest to a matrix (..., 3, 3) in the sum of squared elements, no mirror image.
+
+    Of the matrix A^T B of centred points (N, 3), it is the R by which A R comes closest to B
+    (Kabsch 1976).
+    """
+    u, _, vt = np.linalg.svd(matrix)
+    u[..., 2] *= np.sign(np.linalg.det(u @ vt))[..., None]
+    return np.asarray(u @ vt)
+
+
 def rotations(vectors: FloatArray) -> FloatArray:
     """Rotation matrices (B, 3, 3) of rotation vectors (B, 3), radians (Rodrigues)."""
     if len(vectors) == 1:  # twenty times as quick, and what every evaluation of a fit asks for

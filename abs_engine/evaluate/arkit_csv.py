@@ -20,9 +20,9 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.dataset.head_angles import rotation_by
 from abs_engine.dataset.timecode import seconds, steadied
-from abs_engine.evaluate import metrics
 from abs_engine.evaluate.estimate import Areas, Estimate, PointTrack
 from abs_engine.evaluate.landmark_csv import Reference
+from abs_engine.evaluate.metrics.curves import landmark_curves
 from abs_engine.face.schema import Unit
 from abs_engine.io.assets import CLOSED_APERTURE
 from abs_engine.io.csv_table import Table, read_table
@@ -72,8 +72,7 @@ def read_arkit(
     _check_range(f"a head angle of {path}", turns, (-2 * np.pi, 2 * np.pi), "give radians")
     surface = LinearSurface(clip.neutral, units, weights)
     scored = {k: v for k, v in areas.items() if k != "landmark_68"}
-    points = surface.points(clip.landmark_68)
-    curves = metrics.lip_curves(points[:, 48:60], points[:, 60:68])
+    curves = landmark_curves(surface.points(clip.landmark_68))
     return Estimate(
         name=Path(path).stem,
         found=np.asarray(np.isfinite(weights).all(axis=1)),

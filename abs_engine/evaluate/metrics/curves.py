@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import nearest_rotation
 from abs_engine.evaluate.metrics.bootstrap import compared
 
 STABLE = [27, 28, 29, 30, 36, 39, 42, 45]
@@ -62,7 +63,7 @@ def lip_curves(outer_12: ArrayLike, inner_8: ArrayLike) -> dict[str, FloatArray]
     }
 
 
-def landmark_curves(points: FloatArray, rest: FloatArray | None) -> dict[str, FloatArray]:
+def landmark_curves(points: FloatArray, rest: FloatArray | None = None) -> dict[str, FloatArray]:
     """Lip curves of the 68 landmarks, see `lip_curves`.
 
     Parameters
@@ -79,7 +80,7 @@ def landmark_curves(points: FloatArray, rest: FloatArray | None) -> dict[str, Fl
 def lay_on_rest(points: FloatArray, rest: FloatArray) -> FloatArray:
     """Landmarks (T, 68, 3) after the rigid motion of each frame that fits `STABLE` to rest best.
 
-    NaN where one of `STABLE` is missing. Least squares (Kabsch 1976), never a mirror image.
+    NaN where one of `STABLE` is missing. By least squares, never a mirror image.
     """
     out = np.full(points.shape, np.nan)
     known = np.isfinite(points[:, STABLE]).all(axis=(1, 2))
@@ -87,9 +88,8 @@ def lay_on_rest(points: FloatArray, rest: FloatArray) -> FloatArray:
         return out
     here, there = points[known], rest[STABLE]
     centre, middle = here[:, STABLE].mean(axis=1, keepdims=True), there.mean(axis=0)
-    u, _, vt = np.linalg.svd(np.swapaxes(here[:, STABLE] - centre, 1, 2) @ (there - middle))
-    u[..., 2] *= np.sign(np.linalg.det(u @ vt))[:, None]
-    out[known] = (here - centre) @ (u @ vt) + middle
+    turn = nearest_rotation(np.swapaxes(here[:, STABLE] - centre, 1, 2) @ (there - middle))
+    out[known] = (here - centre) @ turn + middle
     return out
 
 

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.geometry import rotations
+from abs_engine.core.geometry import nearest_rotation, rotations
 from abs_engine.evaluate.metrics.bootstrap import compared, mean_of_given
 
 
@@ -53,18 +53,13 @@ def without_constant_offset(estimated: ArrayLike, truth: ArrayLike) -> FloatArra
     ------
     ParameterError
         If the shapes differ, or no frame was tracked.
-
-    Notes
-    -----
-    The rotation is Kabsch's (1976), by singular value decomposition; it never mirrors.
     """
     found, true = _points(estimated, truth)
     given = np.isfinite(found).all(axis=2)
     a, b = found[given], true[given]
     centre_a, centre_b = a.mean(axis=0), b.mean(axis=0)
-    u, _, vt = np.linalg.svd((a - centre_a).T @ (b - centre_b))
-    mirror = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
-    return np.asarray((found - centre_a) @ (u @ mirror @ vt) + centre_b)
+    turn = nearest_rotation((a - centre_a).T @ (b - centre_b))
+    return np.asarray((found - centre_a) @ turn + centre_b)
 
 
 def to_camera(points: ArrayLike, rotation: ArrayLike, translation: ArrayLike) -> FloatArray:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.geometry import rotations
+from abs_engine.core.geometry import nearest_rotation, rotations
 
 
 def head_angle(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
@@ -40,8 +40,7 @@ def head_angle_without_offset(
     known = np.isfinite(between).all(axis=(1, 2))
     if not known.any():
         return np.full(len(found), np.nan)
-    u, _, vt = np.linalg.svd(between[known].sum(axis=0))
-    constant = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
+    constant = nearest_rotation(between[known].sum(axis=0))
     return _angle(found @ constant if side == "head" else constant @ found, true)
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import nearest_rotation
 from abs_engine.core.threads import in_threads
 from abs_engine.face.appearance.one_tint import untinted
 from abs_engine.io.assets import shipped
@@ -93,9 +94,8 @@ class Landmarks:
     def turn_to(self, other: Landmarks) -> FloatArray:
         """Rotation vector (3,), radians, camera axes, that lays the points best on other ones."""
         mine, theirs = (p.points - p.points.mean(axis=0) for p in (self, other))
-        left, _, right = np.linalg.svd(theirs.T @ mine)
-        left[:, 2] *= np.sign(np.linalg.det(left @ right))
-        return np.asarray(cv2.Rodrigues(left @ right)[0][:, 0], np.float64)
+        turn = nearest_rotation(theirs.T @ mine)
+        return np.asarray(cv2.Rodrigues(turn)[0][:, 0], np.float64)
 
 
 @dataclass(frozen=True, eq=False)
