@@ -254,10 +254,8 @@ def test_resampled_clips_have_the_length_of_the_clip():
     np.testing.assert_array_equal(weight, 103)
 
 
-def test_wrong_levels_seeds_and_rates_are_refused():
+def test_wrong_seeds_and_rates_are_refused():
     with pytest.raises(ParameterError, match="the seed is -1; give 0 or more"):
         confidence([Mean.of([1.0])], 25.0, seed=-1)
-    with pytest.raises(ParameterError, match="not a confidence interval"):
-        confidence([Mean.of([1.0])], 25.0, level=1.0)
     with pytest.raises(ParameterError, match="2 rates for 3 clips"):
         confidence([Mean.of([1.0])] * 3, [25.0, 30.0])

@@ -72,14 +72,9 @@ def block_length(frames: int, rate: float) -> int:
 
 
 def confidence(
-    means: Sequence[Mean],
-    rate: ArrayLike,
-    *,
-    seed: int = 0,
-    resamples: int = RESAMPLES,
-    level: float = LEVEL,
+    means: Sequence[Mean], rate: ArrayLike, *, seed: int = 0, resamples: int = RESAMPLES
 ) -> tuple[float, float]:
-    """Percentile confidence interval of `value`.
+    """Percentile confidence interval of `value`, at `LEVEL`.
 
     Blocks of consecutive frames are drawn with replacement, since neighbouring frames are not
     independent (the moving-block bootstrap: Kuensch, Annals of Statistics 17 (1989)). Of several
@@ -91,8 +86,6 @@ def confidence(
     means : sequence of Mean, one for each clip
     rate : float, or sequence of float, one for each clip
         Frames per second, for the length of the blocks.
-    level : float
-        Between 0 and 1.
 
     Returns
     -------
@@ -102,10 +95,8 @@ def confidence(
     Raises
     ------
     ParameterError
-        If `level` or `resamples` make no interval, the seed is below 0, or rates do not fit.
+        If the seed is below 0, or rates do not fit.
     """
-    if not 0 < level < 1 or resamples < 1:
-        raise ParameterError("this is not a confidence interval", "give a level between 0 and 1")
     if seed < 0:
         raise ParameterError(f"the seed is {seed}", "give 0 or more")
     rates = np.asarray(rate, np.float64).ravel()
@@ -127,7 +118,7 @@ def confidence(
     values = values[np.isfinite(values)]
     if values.size == 0:
         return float("nan"), float("nan")
-    tail = (1 - level) / 2
+    tail = (1 - LEVEL) / 2
     low, high = np.quantile(values, [tail, 1 - tail])
     return float(low), float(high)
 
