@@ -130,6 +130,12 @@ class TrackedRun:
         """Numbers of the frames that have a posture and a pose."""
         return [int(frame) for frame in np.flatnonzero(self.shown)]
 
+    def in_all(self, values: FloatArray) -> FloatArray:
+        """Values (F, ...) of these `frames` in all frames, (T, ...); NaN in lost ones."""
+        out = np.full((len(self), *values.shape[1:]), np.nan)
+        out[self.frames] = values
+        return out
+
     @cached_property
     def turns(self) -> Rotation:
         """Rotations of the head away from looking along the camera's axis, in these `frames`."""
@@ -164,18 +170,14 @@ class TrackedRun:
     @cached_property
     def landmarks_in_camera(self) -> FloatArray:
         """The 68 landmarks in the camera's frame, (T, 68, 3) mm; NaN in lost frames."""
-        out = np.full((len(self), 68, 3), np.nan)
-        for frame in self.frames:
-            out[frame] = self.pose(frame).apply(self.landmarks[frame])
-        return out
+        placed = [self.pose(frame).apply(self.landmarks[frame]) for frame in self.frames]
+        return self.in_all(np.array(placed))
 
     @cached_property
     def landmarks_in_picture(self) -> FloatArray:
         """The 68 landmarks in the picture, (T, 68, 2) px; NaN in lost frames."""
-        out = np.full((len(self), 68, 2), np.nan)
-        for frame in self.frames:
-            out[frame] = self.camera.project(self.landmarks_in_camera[frame])
-        return out
+        seen = [self.camera.project(self.landmarks_in_camera[frame]) for frame in self.frames]
+        return self.in_all(np.array(seen))
 
 
 def read_run(folder: Path, speaker: Path | None = None, needs: tuple[str, ...] = ()) -> TrackedRun:

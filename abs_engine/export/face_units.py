@@ -82,10 +82,7 @@ def unit_weights(run: TrackedRun) -> FloatArray:
         If the head has no face units.
     """
     fit = UnitFit.of(run.speaker, run.mesh)
-    out = np.full((len(run), len(run.speaker.units)), np.nan)
-    for frame in run.frames:
-        out[frame] = fit.weights(run.mesh.weights[frame])
-    return out
+    return run.in_all(np.array([fit.weights(run.mesh.weights[frame]) for frame in run.frames]))
 
 
 def _reduced(matrix: FloatArray, cost: float) -> tuple[FloatArray, FloatArray]:

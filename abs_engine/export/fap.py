@@ -71,16 +71,10 @@ def parameters(run: TrackedRun) -> dict[int, FloatArray]:
     out = {k: s * moved[:, p, a] / units[u] for k, (u, p, a, s) in LIPS.items()}
     if "jaw_opening" in run.arrays:
         out[_OPEN_JAW] = run.arrays["jaw_opening"] / units["MNS"]
-    yaw, pitch, roll = _angles(run).T
+    # R = Ry(yaw) Rx(pitch) Rz(roll)
+    yaw, pitch, roll = run.in_all(run.turns.as_euler("YXZ")).T
     out |= dict(zip(_HEAD, (pitch / _AU, yaw / _AU, roll / _AU), strict=True))
     return {k: np.where(run.shown, values, np.nan) for k, values in sorted(out.items())}
-
-
-def _angles(run: TrackedRun) -> FloatArray:
-    """Yaw, pitch and roll of the head, (T, 3) radians: R = Ry(yaw) Rx(pitch) Rz(roll)."""
-    out = np.full((len(run), 3), np.nan)
-    out[run.frames] = run.turns.as_euler("YXZ")
-    return out
 
 
 def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:

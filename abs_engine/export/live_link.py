@@ -59,17 +59,8 @@ def _in_files(units: Sequence[str]) -> list[int]:
 def live_link_rows(run: TrackedRun) -> FloatArray:
     """The 61 numbers of each frame, (T, 61): weights, then radians; NaN in lost frames."""
     weights = unit_weights(run)[:, _in_files(run.speaker.unit_names)]
-    return np.hstack([weights, _angles(run), np.where(run.shown, 0.0, np.nan)[:, None] * _SIX])
-
-
-_SIX = np.ones((1, len(EYES)))
-
-
-def _angles(run: TrackedRun) -> FloatArray:
-    """Yaw, pitch and roll of the head in each frame, (T, 3) radians; see `angles_of`."""
-    out = np.full((len(run), 3), np.nan)
-    out[run.frames] = live_link_angles(run.turns)
-    return out
+    angles = live_link_angles(run.turns)
+    return np.hstack([weights, run.in_all(np.pad(angles, ((0, 0), (0, len(EYES)))))])
 
 
 def angles_of(pose: Pose) -> FloatArray:
@@ -98,7 +89,9 @@ def _read_back(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
     return (
         compared(seconds, time - time[0], "s", "times"),
         *unit_loss(run, weights),
-        compared(angles, np.rad2deg(_angles(run)), "degrees", "head angles"),
+        compared(
+            angles, np.rad2deg(run.in_all(live_link_angles(run.turns))), "degrees", "head angles"
+        ),
     )
 
 

@@ -68,12 +68,9 @@ def _points(columns: FloatArray, axes: int) -> FloatArray:
 
 def _pose(run: TrackedRun) -> FloatArray:
     """Place (mm) and angles (radians, camera axes, R = Rx Ry Rz) of the head, (T, 6)."""
-    out = np.full((len(run), 6), np.nan)
-    for frame in run.frames:
-        pose = run.pose(frame)
-        turned = pose.rotation @ FACING
-        out[frame] = *pose.translation, *Rotation.from_matrix(turned).as_euler("XYZ")
-    return out
+    turned = Rotation.from_matrix([run.pose(frame).rotation @ FACING for frame in run.frames])
+    moved = run.arrays["translation"][run.frames]
+    return run.in_all(np.hstack([moved, turned.as_euler("XYZ")]))
 
 
 def _cells(numbers: FloatArray, digits: str) -> list[str]:
