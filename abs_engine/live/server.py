@@ -97,10 +97,6 @@ class _Answer(BaseHTTPRequestHandler):
         """Say nothing."""
 
 
-class _Server(ThreadingHTTPServer):
-    daemon_threads = True
-
-
 @contextmanager
 def served(board: Board, name: str, port: int | None) -> Iterator[str]:
     """Serve a board as long as the context lasts; yields the page's address.
@@ -127,11 +123,11 @@ def served(board: Board, name: str, port: int | None) -> Iterator[str]:
         server.server_close()
 
 
-def _bound(answer: Any, port: int, any_other: bool) -> _Server:
+def _bound(answer: Any, port: int, any_other: bool) -> ThreadingHTTPServer:
     try:
-        return _Server((HOST, port), answer)
+        return ThreadingHTTPServer((HOST, port), answer)
     except (OSError, OverflowError) as error:
         if any_other:
-            return _Server((HOST, 0), answer)
+            return ThreadingHTTPServer((HOST, 0), answer)
         remedy = "give another --port; 0 takes any that is free"
         raise OutputError(f"port {port} cannot be used ({error})", remedy) from error
