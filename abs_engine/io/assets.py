@@ -236,13 +236,8 @@ def load_speaker(path: Path | None = None) -> Speaker:
     try:
         return _read(path)
     except ModelFormatError as error:
-        _check_no_face(path, error)
-        raise
-
-
-def _check_no_face(path: Path, error: ModelFormatError) -> None:
-    """Raise `ModelFormatError` from another one if a file is no head but a learned face."""
-    if read_kind(path) == FACE:
+        if read_kind(path) != FACE:
+            raise
         raise ModelFormatError(
             f"{path} is a learned face", "give it to --model, and leave out --speaker"
         ) from error

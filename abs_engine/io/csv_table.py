@@ -116,7 +116,11 @@ def read_table(
     path = Path(path)
     reader = csv.reader(io.StringIO(read_text(path, remedy), newline=""), skipinitialspace=True)
     try:
-        found = [(reader.line_num, row) for row in reader if _counts(row, empty_lines)]
+        found = [
+            (reader.line_num, row)
+            for row in reader
+            if any(cell.strip() for cell in row) or (empty_lines and len(row) > 1)
+        ]
     except csv.Error as error:
         raise InputFileError(f"{path} is not a CSV file", remedy) from error
     if len(found) < 2:
@@ -154,10 +158,6 @@ def _names(path: Path, heading: Sequence[str], small: bool) -> list[str]:
     if twice:
         raise InputFileError(f"{path} has two columns {twice[0]}", "name every column once")
     return names
-
-
-def _counts(row: list[str], empty: bool) -> bool:
-    return any(cell.strip() for cell in row) or (empty and len(row) > 1)
 
 
 def _is_number(cell: str) -> bool:

@@ -39,7 +39,11 @@ def check_free(path: Path, ending: str = "") -> Path:
     if os.path.lexists(path):
         sweep(path)
         raise OutputError(f"{path} exists already", "choose another name or remove it")
-    if not _has_folder(path):
+    try:
+        there = path.parent.is_dir()
+    except OSError as error:
+        raise unwritable(path, error) from error
+    if not there:
         raise OutputError(
             f"{path} cannot be written: there is no folder {path.parent}",
             "make it or choose another place",
@@ -55,14 +59,6 @@ def check_free(path: Path, ending: str = "") -> Path:
     except OSError as error:
         raise unwritable(path, error) from error
     return path
-
-
-def _has_folder(path: Path) -> bool:
-    """Whether there is a folder to put it in; raises `OutputError` if that cannot be looked up."""
-    try:
-        return path.parent.is_dir()
-    except OSError as error:
-        raise unwritable(path, error) from error
 
 
 def next_free(path: Path) -> Path:
