@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import Protocol
 
 import cv2
 import numpy as np
@@ -21,62 +21,45 @@ from abs_engine.io.video.stream import Stream
 _USUAL_RATE, _MOST_RATE = 25.0, 240.0  # of a source that does not say; one that says more is wrong
 
 
-class Feed(Protocol):
+@dataclass(frozen=True, eq=False)
+class Feed:
     """A source of frames in real time.
 
-    Attributes
+    Parameters
     ----------
-    name : str
     size : tuple of int
         Width and height, px.
     rate : float
         Frames per second, as far as it is known.
     lost : bool
         Whether frames that stop coming are a fault.
+    frames : callable
+        Yields each frame (H, W, 3) uint8 RGB, and when it was taken by `time.monotonic`.
     """
 
     name: str
     size: tuple[int, int]
     rate: float
     lost: bool
-
-    def frames(self) -> Iterator[tuple[Image, float]]:
-        """Each frame (H, W, 3) uint8 RGB, and when it was taken by `time.monotonic`."""
-        ...
+    frames: Callable[[], Iterator[tuple[Image, float]]]
 
 
-class FileFeed:
-    """A video file, played at its own speed.
+def file_feed(path: Path, repeat: int = 1) -> Feed:
+    """A video file, played at its own speed, as often as asked; raises as `probe`."""
+    info = probe(path)
+    times = info.times or tuple(k / info.rate for k in range(info.frames))
 
-    Parameters
-    ----------
-    repeat : int
-        How often it is played.
-
-    Raises
-    ------
-    InputFileError, VideoError
-        If it cannot be read.
-    """
-
-    lost = False
-
-    def __init__(self, path: Path, repeat: int = 1) -> None:
-        info = probe(path)
-        self.name, self.size, self.rate = path.name, info.size, info.rate
-        self._path, self._repeat = path, repeat
-        self._times = info.times or tuple(k / info.rate for k in range(info.frames))
-
-    def frames(self) -> Iterator[tuple[Image, float]]:
-        """Each frame, and when it is shown."""
+    def frames() -> Iterator[tuple[Image, float]]:
         start = time.monotonic()
-        for _ in range(self._repeat):
-            for image, after in zip(read_frames(self._path), self._times, strict=False):
+        for _ in range(repeat):
+            for image, after in zip(read_frames(path), times, strict=False):
                 yield image, _waited(start + after)
-            start += self._times[-1] + 1 / self.rate
+            start += times[-1] + 1 / info.rate
+
+    return Feed(path.name, info.size, info.rate, False, frames)
 
 
-class UrlFeed:
+def url_feed(url: str) -> Feed:
     """A URL, by FFmpeg; a video of a known length is played at its own speed, others are live.
 
     Raises
@@ -84,91 +67,67 @@ class UrlFeed:
     VideoError
         If it cannot be opened, or shows nothing.
     """
+    stream = Stream(url)
+    live, rate, shown = not stream.recorded, _likely(stream.rate), stream.frames()
+    first = next(shown, None)
+    if first is None:
+        raise VideoError(f"{url} shows nothing", "check what sends it")
+    begins = first[1] or 0.0
 
-    def __init__(self, url: str) -> None:
-        stream = Stream(url)
-        self.name, self.lost, self.rate = url, not stream.recorded, _likely(stream.rate)
-        self._frames = stream.frames()
-        first = next(self._frames, None)
-        if first is None:
-            raise VideoError(f"{url} shows nothing", "check what sends it")
-        self._first, self.size = first, _size(first[0])
+    def frames() -> Iterator[tuple[Image, float]]:
+        start = time.monotonic()
+        for count, (image, at) in enumerate(chain([first], shown)):
+            after = count / rate if at is None else at - begins
+            yield image, time.monotonic() if live else _waited(start + after)
 
-    def frames(self) -> Iterator[tuple[Image, float]]:
-        """Each frame, and when it came or, of a known length, is shown."""
-        start, begins = time.monotonic(), self._first[1] or 0.0
-        for count, (image, at) in enumerate(chain([self._first], self._frames)):
-            _check_size(self, image)
-            after = count / self.rate if at is None else at - begins
-            yield image, time.monotonic() if self.lost else _waited(start + after)
+    return Feed(url, size_of(first[0]), rate, live, frames)
 
 
-class CameraFeed:
-    """A camera, by OpenCV.
-
-    Parameters
-    ----------
-    source : str
-        Its number or device.
+def camera_feed(source: str) -> Feed:
+    """A camera, its number or device, by OpenCV.
 
     Raises
     ------
     VideoError
         If it cannot be opened, or shows nothing.
     """
-
-    lost = True
-
-    def __init__(self, source: str) -> None:
-        number = int(source) if source.isdecimal() else None
-        self.name = source if number is None else f"camera {source}"
-        self._capture = _opened(self.name, source if number is None else number)
-        there, image = self._capture.read()
-        if not there:
-            raise VideoError(f"{self.name} shows nothing", _REMEDY)
-        self._first: Image = np.asarray(image, np.uint8)
-        self.size = _size(self._first)
-        self.rate = _likely(self._capture.get(cv2.CAP_PROP_FPS))
-
-    def frames(self) -> Iterator[tuple[Image, float]]:
-        """Each frame, and when it came."""
-        there, image = True, self._first
-        try:
-            while there:
-                _check_size(self, image)
-                yield np.ascontiguousarray(image[..., ::-1]), time.monotonic()
-                there, read = self._capture.read()
-                image = np.asarray(read, np.uint8) if there else image
-        finally:
-            self._capture.release()
-
-
-def _size(image: Image) -> tuple[int, int]:
-    return image.shape[1], image.shape[0]
-
-
-def _check_size(feed: Feed, image: Image) -> None:
-    if _size(image) != feed.size:
-        raise VideoError(f"{feed.name} has changed its size", "start again")
-
-
-def _likely(rate: float) -> float:
-    return rate if 1 <= rate <= _MOST_RATE else _USUAL_RATE
-
-
-_REMEDY = "check that it is connected and not in use, or give a file or a URL"
-
-
-def _opened(name: str, source: str | int) -> cv2.VideoCapture:
+    number = int(source) if source.isdecimal() else None
+    name = source if number is None else f"camera {source}"
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # what fails is said here
     try:
-        capture = cv2.VideoCapture(source)
+        capture = cv2.VideoCapture(source if number is None else number)
     except cv2.error as error:  # a number that no camera has
         raise VideoError(f"{name} cannot be opened", _REMEDY) from error
     if not capture.isOpened():
         raise VideoError(f"{name} cannot be opened", _REMEDY)
     capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)  # old frames are of no use
-    return capture
+    seen, first = capture.read()
+    if not seen:
+        raise VideoError(f"{name} shows nothing", _REMEDY)
+
+    def frames() -> Iterator[tuple[Image, float]]:
+        there, image = True, first
+        try:
+            while there:
+                yield np.ascontiguousarray(image[..., ::-1], np.uint8), time.monotonic()
+                there, image = capture.read()
+        finally:
+            capture.release()
+
+    size = size_of(np.asarray(first, np.uint8))
+    return Feed(name, size, _likely(capture.get(cv2.CAP_PROP_FPS)), True, frames)
+
+
+_REMEDY = "check that it is connected and not in use, or give a file or a URL"
+
+
+def size_of(image: Image) -> tuple[int, int]:
+    """Width and height of a picture, px."""
+    return image.shape[1], image.shape[0]
+
+
+def _likely(rate: float) -> float:
+    return rate if 1 <= rate <= _MOST_RATE else _USUAL_RATE
 
 
 def _waited(until: float) -> float:
@@ -179,13 +138,13 @@ def _waited(until: float) -> float:
     return until
 
 
-def _url_feed(url: str) -> UrlFeed:
+def _opened(url: str) -> Feed:
     """The feed of a URL, opened by a thread, as Ctrl-C does not end FFmpeg while it waits."""
-    made: Future[UrlFeed] = Future()
+    made: Future[Feed] = Future()
 
     def run() -> None:
         try:
-            made.set_result(UrlFeed(url))
+            made.set_result(url_feed(url))
         except BaseException as error:  # noqa: BLE001 - raised again below
             made.set_exception(error)
 
@@ -211,5 +170,5 @@ def open_feed(source: str, repeat: int = 1) -> Feed:
     if not is_file(source):
         if repeat != 1:
             raise ParameterError("--repeat is for files", "leave it out, or give a file")
-        return _url_feed(source) if "://" in source else CameraFeed(source)
-    return FileFeed(Path(source), repeat)
+        return _opened(source) if "://" in source else camera_feed(source)
+    return file_feed(Path(source), repeat)

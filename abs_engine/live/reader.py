@@ -6,7 +6,7 @@ import threading
 from collections.abc import Iterator
 
 from abs_engine.core.errors import AbsEngineError, VideoError
-from abs_engine.live.feed import Feed
+from abs_engine.live.feed import Feed, size_of
 from abs_engine.tracking.frame.frame_state import Shot
 
 
@@ -69,6 +69,8 @@ class Reader:
     def _run(self) -> None:
         try:
             for image, taken in self._feed.frames():
+                if size_of(image) != self._feed.size:
+                    raise VideoError(f"{self._feed.name} has changed its size", "start again")
                 self.start = taken if self.count == 0 else self.start
                 shot = Shot(image, self.count, taken - self.start)
                 with self._changed:

@@ -33,7 +33,7 @@ from abs_engine.core.errors import VideoError
 from abs_engine.io.video import probe
 from abs_engine.live import session as session_module
 from abs_engine.live.board import Board
-from abs_engine.live.feed import FileFeed
+from abs_engine.live.feed import file_feed
 from abs_engine.live.reader import Reader
 from abs_engine.live.release import Released
 from abs_engine.live.server import served
@@ -195,7 +195,7 @@ def test_a_feed_that_ends_before_a_frame_is_tracked_is_refused(film):
     nothing = SimpleNamespace(finish=lambda: None)
     motion = SimpleNamespace(follower=lambda: nothing)
     setting = SimpleNamespace(motion=motion, clock=Clock(), renderer=None)
-    reader = Reader(FileFeed(film))
+    reader = Reader(file_feed(film))
     reader.collect(60.0)
     list(reader.shots())
     with pytest.raises(VideoError, match="5 frames had gone by before one was tracked in time"):
@@ -214,11 +214,11 @@ def interruptible():
 @pytest.mark.parametrize("then", [signal.SIGTERM, signal.SIGINT])
 def test_the_first_signal_ends_the_session_and_a_later_one_the_program(film, monkeypatch, then):
     monkeypatch.setattr(commands, "_TOGETHER", 0.0)
-    before, reader = signal.getsignal(signal.SIGTERM), Reader(FileFeed(film))
+    before, reader = signal.getsignal(signal.SIGTERM), Reader(file_feed(film))
     with ends_orderly(reader):
         signal.raise_signal(signal.SIGTERM)
         assert list(reader.shots()) == []
-        assert ending(FileFeed(film), reader) == ("stopped", False)
+        assert ending(file_feed(film), reader) == ("stopped", False)
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(then)
     assert signal.getsignal(signal.SIGTERM) is before
@@ -231,14 +231,14 @@ def test_the_first_signal_ends_the_session_and_a_later_one_the_program(film, mon
 def test_signals_of_one_request_count_once(film, monkeypatch, together, then):
     """A shell and the system each send SIGHUP as a terminal closes; `timeout` sends two."""
     monkeypatch.setattr(commands, "_TOGETHER", together)
-    with ends_orderly(Reader(FileFeed(film))):
+    with ends_orderly(Reader(file_feed(film))):
         signal.raise_signal(signal.SIGHUP)
         signal.raise_signal(then)
 
 
 @pytest.mark.usefixtures("interruptible")
 def test_a_signal_after_the_lines_were_closed_is_the_first(film):
-    reader = Reader(FileFeed(film))
+    reader = Reader(file_feed(film))
     with ends_orderly(reader):
         reader.stop()
         signal.raise_signal(signal.SIGINT)

@@ -18,7 +18,7 @@ import pytest
 
 from abs_engine.core.errors import InputFileError, ParameterError, VideoError
 from abs_engine.io.video import VideoWriter
-from abs_engine.live.feed import CameraFeed, FileFeed, open_feed
+from abs_engine.live.feed import camera_feed, file_feed, open_feed
 from abs_engine.live.reader import Reader
 from abs_engine.live.release import RECENT, Release
 from abs_engine.live.session import ending
@@ -197,7 +197,7 @@ def film(tmp_path_factory):
 
 
 def test_a_file_is_played_at_its_own_speed_as_often_as_asked(film):
-    feed = FileFeed(film, repeat=2)
+    feed = file_feed(film, repeat=2)
     times = [(taken, time.monotonic()) for _, taken in feed.frames()]
     due, came = np.array(times).T
     np.testing.assert_allclose(np.diff(due), PERIOD, atol=1e-6)
@@ -335,7 +335,7 @@ def test_a_camera_that_is_unplugged_is_said(monkeypatch):
             self.left = 0
 
     monkeypatch.setattr(cv2, "VideoCapture", Unplugged)
-    feed = CameraFeed("3")
+    feed = camera_feed("3")
     reader = Reader(feed)
     shots = reader.collect(60.0)
     assert len(shots) == reader.count == 4
