@@ -75,21 +75,17 @@ class Progress:
         """
         self._stop_clock()
         if self._terminal:
-            self._line(f"{self._what}: {stage}")
-            self._clock = _Clock(lambda s: self._line(f"{self._what}: {stage}, {s:.0f} s"), _TICK)
+            self._show(stage)
+            self._clock = _Clock(lambda s: self._show(f"{stage}, {s:.0f} s"), _TICK)
         else:
-            self._clock = _Clock(lambda _: self._log(stage), INTERVAL, once=True)
+            self._clock = _Clock(lambda _: self._show(stage), INTERVAL, once=True)
 
     def restart(self, seconds: float = 0.0) -> None:
         """The stages are over after so many seconds: count the rate from now on."""
         self._stop_clock()
         if seconds >= INTERVAL:
-            ready = f"prepared in {seconds:.0f} s"
-            if self._terminal:
-                self._line(f"{self._what}: {ready}")
-                self.finish()
-            else:
-                self._log(ready)
+            self._show(f"prepared in {seconds:.0f} s")
+            self.finish()
         self._start = self._shown = time.perf_counter()
 
     def __call__(self, done: int, total: int) -> None:
@@ -100,11 +96,7 @@ class Progress:
         if now - self._shown < interval and not (self._terminal and done == total):
             return
         self._shown = now
-        text = progress_text(done, total, now - self._start, self._unit)
-        if self._terminal:
-            self._line(f"{self._what}: {text}")
-        else:
-            self._log(text)
+        self._show(progress_text(done, total, now - self._start, self._unit))
 
     def remark(self, line: str) -> None:
         """Print a line that is part of the answer, between stages and frames."""
@@ -118,16 +110,11 @@ class Progress:
             log("\n")
         self._dirty = False
 
-    def _line(self, line: str) -> None:
-        """Put a line in place of the last one on a terminal."""
-        if self._quiet:
-            return
-        log(_over(line))
-        self._dirty = True
-
-    def _log(self, text: str) -> None:
+    def _show(self, text: str) -> None:
+        """A line of a log; on a terminal it replaces the last one."""
         if not self._quiet:
-            log(f"{self._what}: {text}\n")
+            log(_over(f"{self._what}: {text}") if self._terminal else f"{self._what}: {text}\n")
+            self._dirty = self._terminal
 
     def _stop_clock(self) -> None:
         if self._clock is not None:
