@@ -31,8 +31,8 @@ from short import short
 from unrun import reason
 
 from abs_engine.cli import main
-from abs_engine.cli.commands.track import track_options
 from abs_engine.cli.parts.command import Chosen
+from abs_engine.cli.parts.given_files import track_options
 from abs_engine.cli.program import PROGRAM, complaint
 from abs_engine.core import registry
 from abs_engine.core.errors import InputFileError

@@ -7,6 +7,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from types import FrameType
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ from click.core import ParameterSource
 from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.cli.parts.drawing import opened
-from abs_engine.cli.parts.given_files import check_files
+from abs_engine.cli.parts.given_files import check_files, track_options
 from abs_engine.cli.parts.progress import Progress, interject, say
 from abs_engine.cli.parts.settings import SETTINGS, settings_option, settings_text
 from abs_engine.core.errors import OutputError
@@ -154,16 +155,11 @@ def _times(chosen: Chosen) -> int:
 
 def _checked(chosen: Chosen) -> TrackOptions:
     """Options of tracking, whose files can be read and which go together."""
-    from abs_engine.dataset import load_camera
     from abs_engine.tracking.option_checks import check_choices
-    from abs_engine.tracking.options import TrackOptions
 
-    options = TrackOptions(
-        driver=chosen.driver,
-        model=None if chosen.model is None else str(chosen.model),
-        camera=None if chosen.camera is None else load_camera(chosen.camera),
-        pupil_distance=chosen.pupil_distance,
-    )
+    options = track_options(chosen)
+    if chosen.model is not None:
+        options = replace(options, model=str(chosen.model))
     check_choices(options)
     check_files(options)
     return options

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.cli.parts.drawing import opened, print_hints
+from abs_engine.cli.parts.given_files import track_options
 from abs_engine.cli.parts.progress import Progress
 from abs_engine.core.words import counted
 from abs_engine.io.files import check_free
@@ -45,19 +46,13 @@ _FEWEST, _SHORTEST = 5, 15.0  # recordings and seconds in all: the fewest that w
 def speaker(chosen: Chosen) -> Done:
     """Learn a person's face from recordings."""
     check_free(chosen.output, take.FACE)
-    from abs_engine.dataset import load_camera
     from abs_engine.io.assets import load_speaker
     from abs_engine.tracking.detection.face_choice import LARGEST
-    from abs_engine.tracking.options import TrackOptions
     from abs_engine.tracking.runs.recordings import check_videos, load_recording
     from abs_engine.tracking.speaker.recorded_frames import camera_used, check_colours
     from abs_engine.tracking.speaker.speaker_learning import learn_speaker, tracked
 
-    options = TrackOptions(
-        camera=None if chosen.camera is None else load_camera(chosen.camera),
-        pupil_distance=chosen.pupil_distance,
-        speaker=chosen.speaker,
-    )
+    options = track_options(chosen)
     head = load_speaker(options.speaker)
     paths = list(chosen.recordings)
     runs = {path: load_recording(path, head) for path in paths if path.is_dir()}

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.clips import are_many, track_clips
 from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.cli.parts.drawing import opened, print_hints
-from abs_engine.cli.parts.given_files import check_files
+from abs_engine.cli.parts.given_files import check_files, track_options
 from abs_engine.cli.parts.progress import Progress, say
 from abs_engine.cli.parts.settings import SETTINGS, settings_option, settings_text
 from abs_engine.cli.parts.summary import summary_lines, without_tuning
@@ -21,7 +20,6 @@ from abs_engine.io.unfinished import check_output
 if TYPE_CHECKING:
     from abs_engine.io.video import VideoInfo
     from abs_engine.optimise.drivers import Need
-    from abs_engine.tracking.options import TrackOptions
 
 _POSES = """\
 Head poses come from a run or filmed truth (its folder), or from a file:
@@ -163,7 +161,8 @@ def _tracked(chosen: Chosen, info: VideoInfo) -> Done:
     from abs_engine.tracking.run import track_video
     from abs_engine.tracking.runs.output import OVERLAY, SHEET
 
-    options = _options(chosen)
+    load_plugins(chosen.plugin)
+    options = track_options(chosen)
     check_options(options, info)  # what cannot be is said before a renderer is opened
     check_files(options)
     with opened(chosen.renderer) as renderer, Progress("tracking") as progress:
@@ -191,7 +190,8 @@ def _many(chosen: Chosen) -> Done:
     from abs_engine.io.video.source import all_of, as_video, is_still
     from abs_engine.tracking.option_checks import check_choices
 
-    options = _options(chosen)
+    load_plugins(chosen.plugin)
+    options = track_options(chosen)
     check_choices(options)  # what cannot be for any of them
     check_files(options)
     if len(chosen.videos) > 1 and all(map(is_still, chosen.videos)):
@@ -200,24 +200,3 @@ def _many(chosen: Chosen) -> Done:
             + as_video(all_of(chosen.videos))
         )
     return track_clips(track, chosen, options)
-
-
-def _options(chosen: Chosen) -> TrackOptions:
-    load_plugins(chosen.plugin)
-    return track_options(chosen)
-
-
-def track_options(chosen: Chosen) -> TrackOptions:
-    """Options of the command line, as the tracker takes them.
-
-    Raises
-    ------
-    InputFileError, ModelFormatError
-        If the camera's file cannot be read.
-    """
-    from abs_engine.dataset import load_camera
-    from abs_engine.tracking.options import TrackOptions
-
-    names = TrackOptions.__dataclass_fields__.keys() & vars(chosen).keys()
-    options = TrackOptions(**{name: getattr(chosen, name) for name in names - {"camera"}})
-    return options if chosen.camera is None else replace(options, camera=load_camera(chosen.camera))

@@ -1,11 +1,30 @@
-"""Files that tracking is given, read before a renderer is opened."""
+"""Options of tracking as they were typed, and their files, read before a renderer is opened."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
+
+from abs_engine.cli.parts.command import Chosen
 
 if TYPE_CHECKING:
     from abs_engine.tracking.options import TrackOptions
+
+
+def track_options(chosen: Chosen) -> TrackOptions:
+    """Options of the command line, as the tracker takes them.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        If the camera's file cannot be read.
+    """
+    from abs_engine.dataset import load_camera
+    from abs_engine.tracking.options import TrackOptions
+
+    names = TrackOptions.__dataclass_fields__.keys() & vars(chosen).keys()
+    options = TrackOptions(**{name: getattr(chosen, name) for name in names - {"camera"}})
+    return options if chosen.camera is None else replace(options, camera=load_camera(chosen.camera))
 
 
 def check_files(options: TrackOptions) -> None:
