@@ -112,9 +112,12 @@ def articulate(chosen: Chosen) -> Done:
     _check(chosen)
     if chosen.model is not None:
         return _apply(chosen)
-    if chosen.person is None:
-        return _finish(chosen, _read(chosen), _predictors(chosen.predictors))
-    return _of_person(chosen)
+    if chosen.person is not None:
+        return _of_person(chosen)
+    from abs_engine.capture.corpus_file import read_corpus
+
+    corpus = read_corpus(chosen.corpus, chosen.roles, unit=chosen.unit, say=note)
+    return _finish(chosen, corpus, _predictors(chosen.predictors))
 
 
 def _check(chosen: Chosen) -> None:
@@ -137,12 +140,6 @@ def _check(chosen: Chosen) -> None:
         raise ParameterError("--face and --output are the same", "give two names")
     if chosen.model is not None and chosen.face is not None:
         raise ParameterError("--face is for building a model", "leave it out with --model")
-
-
-def _read(chosen: Chosen) -> Corpus:
-    from abs_engine.capture.corpus_file import read_corpus
-
-    return read_corpus(chosen.corpus, chosen.roles, unit=chosen.unit, say=note)
 
 
 def _predictors(path: Path | None) -> tuple[Predictor, ...]:
