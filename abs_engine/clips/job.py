@@ -34,8 +34,6 @@ class Job:
     ----------
     video, folder : Path
         Absolute; the run is written to `folder`.
-    renderer : str
-        Its name.
     plugins : tuple of Path
         Files that add models, terms, drivers or renderers; absolute.
     beside : dict of str to str

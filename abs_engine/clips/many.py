@@ -35,7 +35,6 @@ def track_many(
 
     Parameters
     ----------
-    client : distributed.Client
     jobs : sequence of Job
         Their names differ.
     deaths : Counter

@@ -108,9 +108,6 @@ class Table:
 
     Parameters
     ----------
-    folder : Path
-    jobs : iterable of Job
-        A row for each.
     others : iterable of rows
         Those before these, see `rows_of_others`.
     """

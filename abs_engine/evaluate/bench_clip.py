@@ -55,11 +55,8 @@ class ClipBench:
         Of the mouth: those of the fit, and what is drawn once it has ended.
     parts : mapping of str to float
         Milliseconds of one core that a frame took, by part.
-    draws : str
-        What draws.
     peer : str
         Its version; empty without.
-    machine : mapping of str to str or int
     """
 
     clip: str

@@ -75,8 +75,6 @@ def ball_work(subdivisions: int, pixels: int) -> Work:
     ----------
     subdivisions : int
         3 for 1,280 facets, 4 for 5,120.
-    pixels : int
-        Width and height of the image.
     """
     rng = np.random.default_rng(0)
     scene = _ball(subdivisions, rng)

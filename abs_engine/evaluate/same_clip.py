@@ -27,12 +27,6 @@ _log = logging.getLogger(__name__)
 def check_clip(path: Path, run: Mapping[str, NDArray[Any]], truth: Truth) -> None:
     """Refuse a run of another video; warn of another focal length.
 
-    Parameters
-    ----------
-    path : Path
-        The run's folder.
-    run : mapping of str to array
-
     Raises
     ------
     OtherClipError

@@ -53,12 +53,8 @@ class ClipScores:
 
     Parameters
     ----------
-    name : str
-        Of the system.
     rate : float
         Frames per second.
-    means : mapping of str to Mean
-    numbers : mapping of str to float
     closures : two (T,) bool, optional
         Frames that are called closed, and those that are, see `closing.closures`.
     notes : tuple of str
@@ -186,13 +182,7 @@ def check(estimate: Estimate, truth: Truth) -> None:
 
 
 def summary(clips: Sequence[ClipScores], *, seed: int = 0) -> dict[str, Score]:
-    """Scores over one clip, or pooled over several of one system, in the catalogue's order.
-
-    Parameters
-    ----------
-    seed : int
-        Of the bootstrap.
-    """
+    """Scores over one clip, or pooled over several of one system, in the catalogue's order."""
     scores: dict[str, Score] = {}
     for metric in catalogue():
         given = [clip for clip in clips if metric.key in clip.means]

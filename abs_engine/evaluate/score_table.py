@@ -38,14 +38,7 @@ def lines(systems: Systems) -> list[str]:
 
 
 def as_json(systems: Systems, facts: Mapping[str, Any]) -> str:
-    """``scores.json``: every number with its interval, and what it means.
-
-    Parameters
-    ----------
-    systems : mapping of name to mapping of metric to Score
-    facts : mapping of str to JSON values
-        What else it says.
-    """
+    """``scores.json``: every number with its interval, and what it means; and some facts."""
     told = {
         "format": FORMAT,
         "version": VERSION,

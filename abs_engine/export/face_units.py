@@ -40,10 +40,6 @@ class UnitFit:
 
         Parameters
         ----------
-        speaker : Speaker
-            With its units.
-        head : Moving
-            Of the speaker's vertices.
         weight_cost : float
             mm; see `ExportSettings`.
 

@@ -84,8 +84,6 @@ def check_arrays(
     ----------
     path : Path
         Where they are from, for errors.
-    data : mapping of str to array
-    layout : mapping of str to Array
     remedy : str
         What to do if they are not as they must be.
     **lengths : int

@@ -30,7 +30,6 @@ class Table:
     ----------
     columns : mapping of column name to its place
         Names as written, without spaces around them.
-    rows : list of list of str
     lines : list of int
         The rows' line numbers in the file, from 1 on; blank lines count, too.
     """

@@ -90,8 +90,6 @@ def read_model(
         file's fault.
     name : str
         What it should be.
-    layout : mapping of str to Array, optional
-        As in `read_npz`.
 
     Raises
     ------
@@ -116,10 +114,6 @@ def write_npz(path: Path, kind: str, version: int, arrays: Mapping[str, Any]) ->
     ----------
     path : Path
         Must not exist.
-    kind : str
-        Its `format`.
-    version : int
-        Its `version`.
     arrays : mapping of str to array, number, text, or sequences of these
         None of them is called `format`, `version`, `file` or `allow_pickle`.
 

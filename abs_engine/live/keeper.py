@@ -57,7 +57,6 @@ class Keeper:
         ----------
         facts : dict
             What `run.json` says of the session, JSON values.
-        progress : callable, optional
         """
         with self._frames, self._video, self._behind:
             pass

@@ -30,8 +30,6 @@ def packet(name: str, seconds: float, rate: float, values: NDArray[np.float64] |
 
     Parameters
     ----------
-    name : str
-        Of the subject.
     seconds : float
         Time of day of the frame.
     rate : float

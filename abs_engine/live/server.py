@@ -103,8 +103,6 @@ def served(board: Board, name: str, port: int | None) -> Iterator[str]:
 
     Parameters
     ----------
-    name : str
-        What is filmed.
     port : int or None
         0 takes any that is free; None the usual one, or any if it is taken.
 

@@ -29,8 +29,6 @@ def learned(
 
     Parameters
     ----------
-    reader : Reader
-        Of it.
     options : TrackOptions
         Of a head that is found from landmarks.
     seconds : float

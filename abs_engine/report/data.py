@@ -68,8 +68,6 @@ class WorstFrame:
     ----------
     picture : bytes
         WebP: the mouth with the true and the tracked contours.
-    text : str
-        Time, phoneme and error.
     """
 
     frame: int
@@ -92,10 +90,6 @@ class System:
         frames.
     error_map : (V,) float64, mm, optional
         NaN for vertices that have none.
-    facts : Rows
-        How it was made.
-    notes : tuple of str
-        What is to be known about the scores.
     """
 
     name: str
@@ -155,8 +149,6 @@ class ReportData:
         Frames per second, on average.
     times : (T,) float64
         When each frame is shown, seconds.
-    systems : tuple of System
-        At least one.
     faces : (F, 3) int32
         The mesh of all heads.
     colours : (V, 3) uint8 RGB
@@ -173,8 +165,6 @@ class ReportData:
         Clip, machine, seeds, commands.
     view : str
         CLIP/CAMERA of the dataset that is shown.
-    others : tuple of str
-        The other views of that dataset.
     caution : str
         Why its figures may not be published.
     """

@@ -58,16 +58,8 @@ def demo_page(
 
     Parameters
     ----------
-    person : str
-        Who was filmed.
     video : str
         Address of what was filmed, from the page.
-    run : dict
-        What ``run.json`` holds.
-    rows : sequence of (str, str)
-        What was measured, and its number.
-    remarks : sequence of str
-        What was given to the tracker, and what to know about the numbers.
     sources : mapping of str to mapping
         Provenance of the figures; see `abs_engine.core.provenance.caution`.
     """

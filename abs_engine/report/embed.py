@@ -38,7 +38,6 @@ class Store:
 
         Parameters
         ----------
-        array : ndarray
         row : int
             Keep the difference to the number `row` places before, modulo the kind's range; whole
             numbers only, 0 for none.
@@ -61,14 +60,7 @@ class Store:
         return {"kind": _KINDS[kind.name], "shape": shape, "at": at, "row": row, "step": None}
 
     def add_steps(self, values: NDArray[np.floating[Any]], row: int) -> dict[str, Any]:
-        """Keep numbers as 65,535 even steps; what is not finite comes back as NaN.
-
-        Parameters
-        ----------
-        values : ndarray of float
-        row : int
-            As in `add`.
-        """
+        """Keep numbers as 65,535 even steps, by rows as in `add`; NaN for what is not finite."""
         known = np.isfinite(values)
         reach = float(np.abs(values[known]).max(initial=0))
         step = reach / _MOST if reach > 0 else 1.0

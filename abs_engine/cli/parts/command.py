@@ -24,17 +24,7 @@ WIDTH = 100
 
 @dataclass(frozen=True)
 class Done:
-    """Outcome of a command.
-
-    Parameters
-    ----------
-    lines : sequence of str
-        For a reader.
-    facts : mapping of str to JSON values
-        The same for a program: what `--json` prints.
-    status : int
-        The exit status.
-    """
+    """Outcome of a command: lines for a reader, the same as facts for `--json`, the exit status."""
 
     lines: Sequence[str]
     facts: Mapping[str, Any] = field(default_factory=dict)
@@ -50,8 +40,6 @@ class Command(click.Command):
         Given what was typed; its docstring begins the help.
     section : str
         Of the program's help, one of `program.SECTIONS`.
-    examples : str
-        Lines that can be typed.
     notes : callable that returns str
         The end of the help: formats of files, say. Called when help is asked for.
     """

@@ -52,13 +52,6 @@ class Progress:
 
     A terminal sees one line that changes; a log sees a line every two seconds at most; under
     `--quiet` neither sees anything.
-
-    Parameters
-    ----------
-    what : str
-        What is being done.
-    unit : str
-        What is counted.
     """
 
     def __init__(self, what: str, unit: str = "frames") -> None:

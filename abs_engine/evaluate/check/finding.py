@@ -14,8 +14,6 @@ class Finding:
     ----------
     file : str
         File or folder, relative to the dataset.
-    what : str
-        What is wrong.
     how_much : str
         The number that was measured and what it should be; may be empty.
     frame : int, optional

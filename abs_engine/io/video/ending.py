@@ -25,12 +25,6 @@ class Ending:
     A video breaks off if its container says that there is more (`is_torn`, the duration in its
     header), if a packet at its end came short, or if the decoder had to make up part of a frame
     at its end. Damage elsewhere is no break.
-
-    Parameters
-    ----------
-    container : InputContainer
-    stream : VideoStream
-        The one that is read.
     """
 
     def __init__(

@@ -22,11 +22,6 @@ _TAIL = 1 << 18  # bytes from the end in which a pack of a program stream is loo
 def is_torn(path: Path) -> bool:
     """Whether the file stops short of what it says of itself.
 
-    Parameters
-    ----------
-    path : Path
-        A readable file.
-
     Returns
     -------
     bool

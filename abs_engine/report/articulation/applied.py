@@ -24,8 +24,6 @@ class Applied:
 
     Parameters
     ----------
-    names : tuple of str, P
-        Of the parameters.
     alpha : (T, P) float64, standard deviations
         NaN where too few points are seen.
     error : (T,) float64, mm
@@ -80,8 +78,6 @@ def apply_model(
         Of the recorded points; those that the model lacks are not used.
     points : (T, N, 3) float64, mm, the frame of the model's corpus
         NaN where one is missing.
-    first : int
-        Number of the first frame.
 
     Raises
     ------

@@ -25,12 +25,7 @@ _FONT = 7
 def boxplot_figure(boxes: Sequence[Box], rows: int = 2) -> Figure:
     """Figure 2: a box for each viseme, of the errors at its points; the dot is their RMS.
 
-    Parameters
-    ----------
-    boxes : sequence of Box
-        Drawn from the one with the largest RMS to that with the smallest.
-    rows : int
-        Of boxes, one below the other.
+    They begin with the largest RMS, in as many rows as asked for.
     """
     ordered = sorted(boxes, key=lambda b: -b.rms)
     size = -(-len(ordered) // rows)
@@ -74,8 +69,6 @@ def nomogram_figure(
     ----------
     shape : LinearShape
         All vertices of the head, of `dense_head`.
-    names : sequence of str, P
-        Of the parameters.
     person : str, optional
         Whose skin is drawn; by default the head is plain.
     size : tuple of int

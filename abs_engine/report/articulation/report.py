@@ -37,15 +37,7 @@ _CAPTIONS = {
 
 @dataclass(frozen=True, eq=False)
 class Heads:
-    """A bundled speaker, whose whole head can be drawn.
-
-    Parameters
-    ----------
-    spoken : SpokenCorpus
-        What the model was built of.
-    person : str
-        Whose skin it is.
-    """
+    """A bundled speaker, whose whole head can be drawn, in the skin of one of its people."""
 
     spoken: SpokenCorpus
     person: str

@@ -21,8 +21,6 @@ def read_values(path: Path, vertices: int) -> FloatArray:
     ----------
     path : Path
         A ``.npy``, or a ``.npz`` that holds one array, or one of the name ``values``.
-    vertices : int
-        How many numbers there have to be.
 
     Raises
     ------

@@ -72,10 +72,6 @@ def presented(
 
     Parameters
     ----------
-    count : int
-        How many frames there are.
-    rate : float
-        Frames per second.
     painted : callable
         Given numbers of frames, yields their pictures, all of one size.
     times : (T,) float64, optional

@@ -69,14 +69,8 @@ class Request:
         Of the face unit in a posture.
     modes : int, optional
         Show so many modes of the mouth's shape model instead.
-    views : int, optional
-        Of a turntable.
-    style : str
-        Of an overlay.
     largest : float, optional
         End of a colour scale.
-    limits : tuple of float, optional
-        Both ends of one.
 
     Raises
     ------

@@ -55,8 +55,6 @@ def check_video(video: Path, size: tuple[int, int], frames: int, wanted: str | N
     ----------
     size : tuple of int
         Width and height of the tracked pictures.
-    frames : int
-        Their number.
     wanted : str, optional
         SHA-256 of the video that was tracked, where that is known.
 

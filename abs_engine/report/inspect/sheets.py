@@ -35,7 +35,6 @@ class Look:
         Width and height of one picture, pixels.
     palette : str
         One of `body.PALETTES`.
-    crop : {"head", "mouth"}
     turn : float
         Degrees by which the head turns to its left.
     """

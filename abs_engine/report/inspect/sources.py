@@ -30,10 +30,6 @@ class LabelSource:
     ----------
     rate : float
         Frames per second.
-    count : int
-        How many frames there are.
-    frame : callable
-        Gives the labels of a frame by its number.
     times : (T,) float64 or None
         When each is shown, s, where that is not at even steps.
     """
