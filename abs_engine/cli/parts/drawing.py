@@ -19,10 +19,13 @@ def opened(name: str) -> Iterator[Renderer]:
 
     A long compilation within is announced, too.
     """
+    from logging.handlers import BufferingHandler
+
     from abs_engine.cli.parts.compilation import compilation_noticed
     from abs_engine.render.select import opened_renderer
 
-    notes = _Notes()
+    notes = BufferingHandler(capacity=1000)
+    notes.setLevel(logging.WARNING)
     logger = logging.getLogger("abs_engine.render")
     quiet = asked("quiet")  # here: threads that compile know no command
     with ExitStack() as stack:
@@ -33,8 +36,8 @@ def opened(name: str) -> Iterator[Renderer]:
             logger.removeHandler(notes)
         if not quiet:
             stack.enter_context(compilation_noticed(interject))
-        why = f" ({'; '.join(notes.lines)})" if notes.lines else ""
-        note(f"renderer: {renderer.description}{why}")
+        lines = [" ".join(record.getMessage().split()) for record in notes.buffer]
+        note(f"renderer: {renderer.description}" + (f" ({'; '.join(lines)})" if lines else ""))
         yield renderer
 
 
@@ -50,14 +53,3 @@ def note(line: str) -> None:
     """Say what is no part of the answer, unless `--quiet` was typed."""
     if not asked("quiet"):
         say(line)
-
-
-class _Notes(logging.Handler):
-    """Keeps what is logged, each as one line."""
-
-    def __init__(self) -> None:
-        super().__init__(logging.WARNING)
-        self.lines: list[str] = []
-
-    def emit(self, record: logging.LogRecord) -> None:
-        self.lines.append(" ".join(record.getMessage().split()))
