@@ -30,17 +30,14 @@ def closures(
 ) -> Closures | None:
     """Closed frames of an estimate and of the truth, by the measure that `closed_by` names.
 
+    None where the estimate does not say.
+
     Parameters
     ----------
     aperture : (T,) float64, mm
         Of the truth, measured as the estimate's.
     landmark_68 : (68,) int, optional
         The landmarks on the truth's mesh.
-
-    Returns
-    -------
-    found, true : (T,) bool
-        None where the estimate does not say.
     """
     if said.closed is None:
         return None
@@ -72,18 +69,13 @@ def closed_in_picture(pixels: FloatArray, rest: FloatArray) -> BoolArray | None:
     """Frames (T,) in which the inner lips are less than `CLOSED_APERTURE` apart in the picture.
 
     Point 62 above point 66, square to the line of the eyes. The distance of the outer corners of
-    the eyes is the ruler; the person's own is known in mm.
+    the eyes is the ruler; the person's own is known in mm. None without these points.
 
     Parameters
     ----------
     pixels : (T, 68, 2) float64
     rest : (68, 3) float64, mm
         The person's landmarks at rest.
-
-    Returns
-    -------
-    (T,) bool
-        None without these points.
     """
     eyes = metrics.interocular(pixels)
     along = (pixels[:, 45] - pixels[:, 36]) / eyes[:, None]

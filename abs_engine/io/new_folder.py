@@ -38,8 +38,6 @@ class NewFolder:
 
     Attributes
     ----------
-    target : Path
-        The folder.
     partial : Path
         Holds `work`, and what else is to be known until it is finished.
 

@@ -65,7 +65,7 @@ def follow(
     hand_on: Callable[[Released], None],
     tell: Tell,
 ) -> int:
-    """Track the newest frame until there are no more.
+    """Track the newest frame until there are no more; returns how many results were handed on.
 
     Parameters
     ----------
@@ -75,11 +75,6 @@ def follow(
         Given each result in its time, from another thread.
     tell : callable
         Called once if most results come too late.
-
-    Returns
-    -------
-    int
-        Results that were handed on.
 
     Raises
     ------

@@ -74,7 +74,7 @@ def block_length(frames: int, rate: float) -> int:
 def confidence(
     means: Sequence[Mean], rate: ArrayLike, *, seed: int = 0, resamples: int = RESAMPLES
 ) -> tuple[float, float]:
-    """Percentile confidence interval of `value`, at `LEVEL`.
+    """Both ends of a percentile confidence interval of `value`, at `LEVEL`; NaN where none counts.
 
     Blocks of consecutive frames are drawn with replacement, since neighbouring frames are not
     independent (the moving-block bootstrap: Kuensch, Annals of Statistics 17 (1989)). Of several
@@ -86,11 +86,6 @@ def confidence(
     means : sequence of Mean, one for each clip
     rate : float, or sequence of float, one for each clip
         Frames per second, for the length of the blocks.
-
-    Returns
-    -------
-    low, high : float
-        NaN where nothing counts.
 
     Raises
     ------

@@ -34,7 +34,7 @@ def vertex_rms(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
 
 
 def without_constant_offset(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
-    """Estimated points after the one rigid motion that brings the whole clip closest to the truth.
+    """Estimated points (T, N, 3) after the rigid motion that brings a clip closest to the truth.
 
     A tracker that estimates the head's shape may place its head frame otherwise than the
     truth does. That difference is the same in all frames, and no motion of the lips. One rotation
@@ -44,10 +44,6 @@ def without_constant_offset(estimated: ArrayLike, truth: ArrayLike) -> FloatArra
     Parameters
     ----------
     estimated, truth : (T, N, 3) float, mm
-
-    Returns
-    -------
-    (T, N, 3) float64
 
     Raises
     ------

@@ -51,7 +51,7 @@ def head_distance(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
 
 
 def position_errors(found: FloatArray, true: FloatArray) -> tuple[float, float]:
-    """Root mean square error of positions along and across the line of sight.
+    """Root mean square errors (mm) of positions along and across the line of sight; or NaN.
 
     One camera sees the first, the distance, only by the size of what it sees; the second by its
     place in the picture.
@@ -60,11 +60,6 @@ def position_errors(found: FloatArray, true: FloatArray) -> tuple[float, float]:
     ----------
     found, true : (T, 3) float64, mm, camera frame
         Rows of `found` with NaN are left out.
-
-    Returns
-    -------
-    along, across : float, mm
-        NaN where no row is left.
     """
     kept = np.isfinite(found).all(axis=1)
     if not kept.any():

@@ -22,11 +22,8 @@ _TAIL = 1 << 18  # bytes from the end in which a pack of a program stream is loo
 def is_torn(path: Path) -> bool:
     """Whether the file stops short of what it says of itself.
 
-    Returns
-    -------
-    bool
-        False also where the container is none of Matroska, MP4 and its kin, AVI, MPEG program
-        stream, MPEG transport stream.
+    False also where the container is none of Matroska, MP4 and its kin, AVI, MPEG program stream,
+    MPEG transport stream.
     """
     with path.open("rb") as file:
         size = os.fstat(file.fileno()).st_size

@@ -40,7 +40,7 @@ def label(
     align: str = "centre",
     ink: tuple[int, int, int] = INK,
 ) -> Image:
-    """A line of text in a white box, made smaller and then shorter if it does not fit.
+    """A line of text in a white box, (height, width, 3) uint8 RGB; smaller or cut if it is long.
 
     Parameters
     ----------
@@ -49,10 +49,6 @@ def label(
     size : int
         Height of the letters, pixels.
     align : {"centre", "left", "right"}
-
-    Returns
-    -------
-    (height, width, 3) uint8 RGB
     """
     while size > 7 and text_width(text, size) > box[0] - 4:
         size -= 1
