@@ -195,8 +195,7 @@ def of_run(
     Parameters
     ----------
     run : mapping of str to array
-        As `load_run` gives it. Arrays `X_sd`, or `X_lower` and `X_upper`, of an array `X`
-        (`lip_points`, which may be called `lip`, `aperture`, `width`) are its 95 % intervals.
+        As `load_run` gives it.
     surface : LinearSurface, optional
         The run's mesh.
     areas : mapping of str to vertex indices
@@ -223,20 +222,10 @@ def of_run(
 
 
 def _intervals(run: Mapping[str, NDArray[Any]]) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """The 95 % intervals that a run gives."""
+    """The 95 % intervals that a run gives, by standard deviations."""
     found = {}
-    for name, prefixes in (
-        ("lip_points", ("lip_points", "lip")),
-        ("aperture", ("aperture",)),
-        ("width", ("width",)),
-    ):
-        for prefix in prefixes:
-            if f"{prefix}_lower" in run and f"{prefix}_upper" in run:
-                low, high = run[f"{prefix}_lower"], run[f"{prefix}_upper"]
-            elif f"{prefix}_sd" in run:
-                middle, reach = run[name], NORMAL_95 * run[f"{prefix}_sd"]
-                low, high = middle - reach, middle + reach
-            else:
-                continue
-            found[name] = np.asarray(low, np.float64), np.asarray(high, np.float64)
+    for name in ("lip_points", "aperture", "width"):
+        if f"{name}_sd" in run:
+            reach = NORMAL_95 * np.asarray(run[f"{name}_sd"], np.float64)
+            found[name] = run[name] - reach, run[name] + reach
     return found

@@ -148,12 +148,12 @@ def test_intervals_of_the_right_size_cover_the_truth_as_often_as_they_say(truth)
     rng = np.random.default_rng(14)
     run = run_arrays(truth)
     run["lip_points"] = noisy(run["lip_points"], rng)
-    run["lip_sd"] = np.full(run["lip_points"].shape, NOISE)
-    run["width_lower"], run["width_upper"] = run["width"] - 1, run["width"] + 1
+    run["lip_points_sd"] = np.full(run["lip_points"].shape, NOISE)
+    run["width_sd"] = np.ones(run["width"].shape)
     scores = values(of_run("n", run, None, {}), truth)
     assert scores["lip_points_coverage_95"] == pytest.approx(0.95, abs=0.01)
     assert scores["width_coverage_95"] == 1
-    run["lip_sd"] = run["lip_sd"] / 2  # 1.96 / 2 standard deviations hold 67.3 %
+    run["lip_points_sd"] = run["lip_points_sd"] / 2  # 1.96 / 2 standard deviations hold 67.3 %
     scores = values(of_run("n", run, None, {}), truth)
     assert scores["lip_points_coverage_95"] == pytest.approx(0.673, abs=0.015)
     assert "aperture_coverage_95" not in scores
