@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from abs_engine.core.errors import ParameterError
@@ -13,27 +12,12 @@ from abs_engine.dataset.sums import read_sums
 from abs_engine.evaluate.same_clip import video_sum
 
 
-@dataclass(frozen=True, eq=False)
-class ShownView:
-    """The clip and camera that are shown.
-
-    Parameters
-    ----------
-    name : str
-        CLIP/CAMERA.
-    others : tuple of str
-        The other views of the dataset.
-    """
-
-    truth: Truth
-    name: str
-    others: tuple[str, ...]
-
-
 def shown_view(
     path: Path, clip: str | None, camera: str | None, results: Sequence[Path] = ()
-) -> ShownView:
+) -> tuple[Truth, tuple[str, ...]]:
     """The view that is asked for; if several fit, that whose very video was tracked.
+
+    With it come the others of the dataset, as CLIP/CAMERA.
 
     Parameters
     ----------
@@ -72,7 +56,7 @@ def shown_view(
         )
     truth = load_truth(root / fitting[0][0] / fitting[0][1])
     others = tuple("/".join(view) for view in dataset.views if view != fitting[0])
-    return ShownView(truth, "/".join(fitting[0]), others)
+    return truth, others
 
 
 def found_truth(
@@ -94,7 +78,7 @@ def found_truth(
     fitting = _fitting(read_record(root), given, clip, camera)
     if len(fitting) == 1:
         return load_truth(root / fitting[0][0] / fitting[0][1])
-    return shown_view(path, clip, camera, results).truth
+    return shown_view(path, clip, camera, results)[0]
 
 
 def tracked_views(dataset: Dataset, results: Sequence[Path]) -> dict[Path, tuple[str, str] | None]:

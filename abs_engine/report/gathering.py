@@ -137,8 +137,8 @@ def _with_truth(
     paths: Sequence[Path], folder: Path, options: ReportOptions, tell: Callable[[str], None]
 ) -> ReportData:
     tell("scoring")
-    view = shown_view(folder, options.clip, options.camera, paths)
-    truth, speaker = view.truth, load_speaker()
+    truth, others = shown_view(folder, options.clip, options.camera, paths)
+    speaker = load_speaker()
     if options.video is not None:
         wanted = digest(truth.video) if truth.video.is_file() else None
         check_video(options.video, truth.camera.size, len(truth), wanted)
@@ -175,8 +175,8 @@ def _with_truth(
         area=speaker.points.get("face") if same_mesh(truth, speaker) else None,
         errors=error_rows([system.errors for system in scored]),
         facts=truth_facts(truth, folder) | made_facts(options.command, options.seed),
-        view=view.name,
-        others=view.others,
+        view="/".join(truth.folder.parts[-2:]),
+        others=others,
         caution=caution(origins(named, folder)) or "",
     )
 

@@ -58,11 +58,10 @@ def run_of(folder, video):
     ],
 )
 def test_a_view_is_chosen_by_path_and_by_names(data, path, clip, camera, found):
-    view = shown_view(data / path, clip, camera)
-    assert view.name == found
-    assert len(view.others) == 2
-    assert found not in view.others
-    assert view.truth.folder == data / found
+    truth, others = shown_view(data / path, clip, camera)
+    assert truth.folder == data / found
+    assert len(others) == 2
+    assert found not in others
 
 
 def test_what_is_open_or_is_not_there_is_told_in_one_line(data, tmp_path):
@@ -79,8 +78,8 @@ def test_what_is_open_or_is_not_there_is_told_in_one_line(data, tmp_path):
 def test_a_run_that_knows_its_video_needs_no_choice(data, tmp_path):
     side = run_of(tmp_path / "a", data / "clip/side/video.mp4")
     other = run_of(tmp_path / "b", data / "other/camera/video.mp4")
-    assert shown_view(data, None, None, [side]).name == "clip/side"
-    assert shown_view(data, None, None, [other]).name == "other/camera"
+    assert shown_view(data, None, None, [side])[0].folder == data / "clip/side"
+    assert shown_view(data, None, None, [other])[0].folder == data / "other/camera"
     with pytest.raises(ParameterError, match="the runs are of clip/side, not of other/camera"):
         shown_view(data, "other", None, [side])
     with pytest.raises(ParameterError, match=r"several .a of clip/side, b of other/camera.; write"):
