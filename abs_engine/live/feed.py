@@ -16,7 +16,7 @@ import numpy as np
 from abs_engine.core.arrays import Image
 from abs_engine.core.errors import ParameterError, VideoError
 from abs_engine.io.video import probe, read_frames
-from abs_engine.io.video.stream import Stream
+from abs_engine.io.video.stream import open_stream
 
 _USUAL_RATE, _MOST_RATE = 25.0, 240.0  # of a source that does not say; one that says more is wrong
 
@@ -67,8 +67,8 @@ def url_feed(url: str) -> Feed:
     VideoError
         If it cannot be opened, or shows nothing.
     """
-    stream = Stream(url)
-    live, rate, shown = not stream.recorded, _likely(stream.rate), stream.frames()
+    stated, recorded, shown = open_stream(url)
+    rate = _likely(stated)
     first = next(shown, None)
     if first is None:
         raise VideoError(f"{url} shows nothing", "check what sends it")
@@ -78,9 +78,9 @@ def url_feed(url: str) -> Feed:
         start = time.monotonic()
         for count, (image, at) in enumerate(chain([first], shown)):
             after = count / rate if at is None else at - begins
-            yield image, time.monotonic() if live else _waited(start + after)
+            yield image, _waited(start + after) if recorded else time.monotonic()
 
-    return Feed(url, size_of(first[0]), rate, live, frames)
+    return Feed(url, size_of(first[0]), rate, not recorded, frames)
 
 
 def camera_feed(source: str) -> Feed:

@@ -20,59 +20,51 @@ from abs_engine.io.video.writer import Frame
 _PATIENCE = 30.0  # seconds; segments of a live stream may last ten
 
 
-class Stream:
-    """A video behind a URL, opened.
+def open_stream(url: str) -> tuple[float, bool, Iterator[tuple[Frame, float | None]]]:
+    """A video behind a URL: its rate, whether it is recorded, and its frames, which close the URL.
 
-    Attributes
-    ----------
-    rate : float
-        Frames per second, as stated; 0 where it does not say.
-    recorded : bool
-        Whether it says how long it is; else it is live.
+    Frames per second are as stated, 0 where it does not say. What does not say how long it is, is
+    live. Each frame is as `read_frames` gives it, with its time, seconds.
 
     Raises
     ------
     VideoError
-        If it cannot be opened.
+        If it cannot be opened, or, as frames come, if it breaks off.
     """
+    container = open_url(url, _PATIENCE)
+    stream = picture_stream(container)
+    rate = float(stream.guessed_rate or stream.average_rate or 0)
+    return rate, bool(container.duration), _frames(url, container, stream)
 
-    def __init__(self, url: str) -> None:
-        self._url, self._broken, self._container = url, "", open_url(url, _PATIENCE)
-        self._stream = picture_stream(self._container)
-        self.rate = float(self._stream.guessed_rate or self._stream.average_rate or 0)
-        self.recorded = bool(self._container.duration)
 
-    def frames(self) -> Iterator[tuple[Frame, float | None]]:
-        """Each frame as `read_frames` gives it, and its time, seconds; closes the URL at the end.
+def _frames(
+    url: str, container: av.container.InputContainer, stream: av.VideoStream
+) -> Iterator[tuple[Frame, float | None]]:
+    count, broken = 0, ""
+    decoder, harmless, pictures = Decoder(stream), Harmless(), Pictures()
+    ending, aspect = Ending(Path(url), container, stream), pixel_aspect(stream)
 
-        Raises
-        ------
-        VideoError
-            If it breaks off.
-        """
-        count, decoder, harmless, pictures = 0, Decoder(self._stream), Harmless(), Pictures()
-        ending = Ending(Path(self._url), self._container, self._stream)
-        aspect = pixel_aspect(self._stream)
-        with self._container:
-            for packet in self._packets():
-                ending.packet(packet)
-                for frame in decoder.frames(packet):
-                    yield pictures.shown(frame, aspect, Turn.of(frame, harmless)), frame.time
-                    count += 1
-            why = self._broken if ending.short() is None else ending.short()
-        if why:
-            said = f"{self._url} breaks off after {counted(count, 'frame')} ({why})"
-            raise VideoError(said, "check what sends it")
-
-    def _packets(self) -> Iterator[av.Packet[Any]]:
+    def packets() -> Iterator[av.Packet[Any]]:
         """Each packet, and at the end an empty one, with which the decoder gives its last frames.
 
         Where a server says no length, FFmpeg takes even the end of a whole file for an error.
         """
+        nonlocal broken
         try:
-            yield from self._container.demux()
+            yield from container.demux()
         except av.error.FFmpegError as error:
-            self._broken = reason(error)
+            broken = reason(error)
             last: av.Packet[Any] = av.Packet()
-            last.stream = self._stream
+            last.stream = stream
             yield last
+
+    with container:
+        for packet in packets():
+            ending.packet(packet)
+            for frame in decoder.frames(packet):
+                yield pictures.shown(frame, aspect, Turn.of(frame, harmless)), frame.time
+                count += 1
+        why = broken if ending.short() is None else ending.short()
+    if why:
+        said = f"{url} breaks off after {counted(count, 'frame')} ({why})"
+        raise VideoError(said, "check what sends it")
