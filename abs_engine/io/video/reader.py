@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -119,7 +120,7 @@ def read_frames(path: Path) -> Iterator[Frame]:
         yield pictures.shown(frame, aspect, turn)
 
 
-def _decoded(path: Path) -> Iterator[tuple[av.VideoFrame, float]]:
+def _decoded(path: Path) -> Generator[tuple[av.VideoFrame, float]]:
     """All frames, and the aspect of their pixels; complains at the end if it was none."""
     count = 0
     with open_video(path) as container:
@@ -172,13 +173,8 @@ class Decoder:
 
 
 def _first_frame(path: Path) -> tuple[av.VideoFrame, float]:
-    frames = _decoded(path)
-    try:
+    with closing(_decoded(path)) as frames:  # which complains if there are none
         return next(frames)
-    except StopIteration:
-        raise VideoError(f"{path} holds no frames", _NOT_WHOLE) from None
-    finally:
-        frames.close()  # type: ignore[attr-defined]
 
 
 def _survey(
