@@ -39,8 +39,13 @@ def shown_view(
     dataset = read_record(root)
     fitting = _fitting(dataset, given, clip, camera)
     tracked = tracked_views(dataset, results)
-    _check_one(tracked)
     known = [view for view in tracked.values() if view is not None]
+    if len(set(known)) > 1:
+        told = ", ".join(f"{p.name} of {'/'.join(v)}" for p, v in tracked.items() if v is not None)
+        raise ParameterError(
+            f"a report shows one clip by one camera, but the runs are of several ({told})",
+            "write one report for each",
+        )
     if known and known[0] not in fitting:
         raise ParameterError(
             f"the runs are of {'/'.join(known[0])}, not of {choices(fitting)}",
@@ -106,13 +111,3 @@ def _fitting(
             f"{dataset.folder} has no view '{asked}'", f"there are {choices(dataset.views)}"
         )
     return found
-
-
-def _check_one(tracked: dict[Path, tuple[str, str] | None]) -> None:
-    """Refuse runs of different views."""
-    if len({view for view in tracked.values() if view is not None}) > 1:
-        told = ", ".join(f"{p.name} of {'/'.join(v)}" for p, v in tracked.items() if v is not None)
-        raise ParameterError(
-            f"a report shows one clip by one camera, but the runs are of several ({told})",
-            "write one report for each",
-        )

@@ -56,7 +56,12 @@ class _Buffer:
 
 
 def _write(run: TrackedRun, path: Path, arkit: bool) -> tuple[Loss, ...]:
-    names, targets, weights = _units(run) if arkit else _modes(run)
+    if arkit:
+        names, weights = list(run.speaker.unit_names), unit_weights(run)
+        targets = run.speaker.units.astype(np.float64)
+    else:  # the pose comes first
+        targets, weights = run.mesh.modes.astype(np.float64), run.mesh.weights
+        names = [str(name) for name in run.arrays["parameter_names"][-len(targets) :]]
     buffer = _Buffer()
     base = run.neutral if arkit else run.mesh.mean.astype(np.float64)
     mesh = _mesh(run, base, names, targets, buffer)
@@ -77,16 +82,6 @@ def _write(run: TrackedRun, path: Path, arkit: bool) -> tuple[Loss, ...]:
     document.set_binary_blob(bytes(buffer.content))
     document.save_binary(str(path))
     return _read_back(run, path, weights_of(run.speaker) if arkit else "")
-
-
-def _units(run: TrackedRun) -> tuple[list[str], FloatArray, FloatArray]:
-    return list(run.speaker.unit_names), run.speaker.units.astype(np.float64), unit_weights(run)
-
-
-def _modes(run: TrackedRun) -> tuple[list[str], FloatArray, FloatArray]:
-    count = len(run.mesh.modes)  # the pose comes first
-    names = [str(name) for name in run.arrays["parameter_names"][-count:]]
-    return names, run.mesh.modes.astype(np.float64), run.mesh.weights
 
 
 def _mesh(

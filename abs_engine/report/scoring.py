@@ -101,8 +101,11 @@ def evaluate(
             f"there are {len(results)} results and {len(truths)} truths",
             "give one truth, or one for each result",
         )
-    for path in map(Path, results):
-        _check_result(path)
+    for path in map(Path, results):  # what is no result at all, before anything slow is read
+        if path.is_dir():
+            load_run(path)
+        elif not path.is_file():
+            raise InputFileError(f"{path} does not exist", _RESULTS)
     warn_of_faults()
     speaker, maps = load_speaker(), set[str]()
     systems: dict[str, dict[str, Score]] = {}
@@ -225,14 +228,6 @@ def landmarks_of(truth: Truth, speaker: Speaker) -> NDArray[Any] | None:
 def same_mesh(truth: Truth, speaker: Speaker) -> bool:
     """Whether the truth's mesh is the speaker's."""
     return np.array_equal(truth.faces, speaker.faces)
-
-
-def _check_result(path: Path) -> None:
-    """Raise `InputFileError` for what is no result at all, before anything slow is read."""
-    if path.is_dir():
-        load_run(path)
-    elif not path.is_file():
-        raise InputFileError(f"{path} does not exist", _RESULTS)
 
 
 def _loaded(

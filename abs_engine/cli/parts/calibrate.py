@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from abs_engine.capture.board import Board, Corners
-    from abs_engine.capture.calibrate import Calibration
     from abs_engine.core.camera import Camera
 
     FloatArray = NDArray[np.float64]
@@ -78,7 +77,8 @@ def calibrate(chosen: Chosen, pictures: list[Path]) -> Done:
         if not chosen.second:
             mirror = _mirror(found, own.camera) if chosen.mirror else None
             write_new(chosen.output, camera_json(own.camera, mirror=mirror).encode())
-            return _done(own, [f"wrote {chosen.output}"], output=chosen.output)
+            facts = {"output": chosen.output, "error_px": own.error}
+            return Done([f"wrote {chosen.output}"], facts)
         if len(chosen.second) != len(pictures):
             raise ParameterError(
                 f"{len(pictures)} and {len(chosen.second)} pictures were given",
@@ -100,10 +100,7 @@ def calibrate(chosen: Chosen, pictures: list[Path]) -> Done:
         chosen.output.unlink()
         raise
     outputs = {"output": chosen.output, "second_output": chosen.second_output}
-    return _done(own, [f"wrote {chosen.output} and {chosen.second_output}"], **outputs)
-
-
-def _done(own: Calibration, lines: list[str], **outputs: Path) -> Done:
+    lines = [f"wrote {chosen.output} and {chosen.second_output}"]
     return Done(lines, {**outputs, "error_px": own.error})
 
 

@@ -54,8 +54,10 @@ def picture_findings(
 
     Only the first bytes of each are read.
     """
-    for kind in _kinds(dataset, clip, camera):
-        folder = dataset.folder / clip.name / camera / kind
+    view = dataset.folder / clip.name / camera
+    more = [kind for kind in (codec.COVER, codec.FRAMES) if (view / kind).is_dir()]
+    for kind in (*dict.fromkeys(("ids", "depth", *dataset.labels)), *more):
+        folder = view / kind
         name = f"{clip.name}/{camera}/{kind}"
         dtype, channels = codec.PICTURES[kind]
         wanted = (*size, 8 * np.dtype(dtype).itemsize, channels)
@@ -71,10 +73,3 @@ def picture_findings(
         extra = len(list(folder.glob("*"))) - clip.frames if folder.is_dir() else 0
         if extra > 0:
             yield Finding(name, "there are more pictures than frames", f"{extra} more")
-
-
-def _kinds(dataset: Dataset, clip: ClipEntry, camera: str) -> list[str]:
-    """The label pictures, and what else there is."""
-    folder = dataset.folder / clip.name / camera
-    more = [kind for kind in (codec.COVER, codec.FRAMES) if (folder / kind).is_dir()]
-    return [*dict.fromkeys(("ids", "depth", *dataset.labels)), *more]
