@@ -21,7 +21,7 @@ from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.dataset.head_angles import rotation_by
 from abs_engine.dataset.timecode import seconds, steadied
 from abs_engine.evaluate.estimate import Areas, Estimate, PointTrack
-from abs_engine.evaluate.landmark_csv import Reference
+from abs_engine.evaluate.landmark_csv import Reference, rotation_vectors
 from abs_engine.evaluate.metrics.curves import landmark_curves
 from abs_engine.face.schema import Unit
 from abs_engine.io.assets import CLOSED_APERTURE
@@ -77,7 +77,7 @@ def read_arkit(
         name=Path(path).stem,
         found=np.asarray(np.isfinite(weights).all(axis=1)),
         tracks={k: PointTrack(v, surface.points(v)) for k, v in scored.items()},
-        rotations=_rotations(turns) if head else None,
+        rotations=rotation_vectors(turns, rotation_by) if head else None,
         turned="camera",
         curves=curves,
         closed=np.asarray(curves["aperture"] < CLOSED_APERTURE),
@@ -182,11 +182,3 @@ def _check_duration(table: Table, clip: Reference) -> None:
             f"{table.path} lasts {lasts:.2f} s by its timecodes, the truth {wanted:.2f} s",
             "give results for this very clip",
         )
-
-
-def _rotations(angles: FloatArray) -> FloatArray:
-    """Rotation vectors (T, 3) of yaw, pitch and roll, (T, 3)."""
-    vectors = np.full(angles.shape, np.nan)
-    known = np.isfinite(angles).all(axis=1)
-    vectors[known] = rotation_by(angles[known]).as_rotvec()
-    return vectors

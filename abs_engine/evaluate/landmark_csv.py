@@ -17,7 +17,7 @@ means for the others.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -159,15 +159,21 @@ def _wide(table: Table, clip: Reference) -> Landmarks:
     if not set(POSE[0] + POSE[1]) <= table.columns.keys():
         return Landmarks(pixels, points)
     angles, moved = (columns(names, 3) for names in POSE)
-    return Landmarks(pixels, points, "camera", _turned(angles), moved)
+    return Landmarks(pixels, points, "camera", rotation_vectors(angles, _from_facing), moved)
 
 
-def _turned(angles: FloatArray) -> FloatArray:
-    """Rotation vectors (T, 3), head to camera, of angles about x, y, z from facing the camera."""
+def _from_facing(angles: FloatArray) -> Rotation:
+    """Head to camera, of angles (T, 3) about x, y, z from facing the camera."""
+    return Rotation.from_euler("XYZ", angles) * Rotation.from_matrix(FACING)
+
+
+def rotation_vectors(
+    angles: FloatArray, rotation_of: Callable[[FloatArray], Rotation]
+) -> FloatArray:
+    """Rotation vectors (T, 3) of angles (T, 3), radians; NaN where one of them is not known."""
     vectors = np.full(angles.shape, np.nan)
     known = np.isfinite(angles).all(axis=1)
-    turned = Rotation.from_euler("XYZ", angles[known]) * Rotation.from_matrix(FACING)
-    vectors[known] = turned.as_rotvec()
+    vectors[known] = rotation_of(angles[known]).as_rotvec()
     return vectors
 
 
