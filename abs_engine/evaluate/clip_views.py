@@ -38,7 +38,10 @@ def shown_view(
     root, given = dataset_root(path)
     dataset = read_record(root)
     fitting = _fitting(dataset, given, clip, camera)
-    tracked = tracked_views(dataset, results)
+    sums = read_sums(root)
+    videos = {view: sums.get("/".join((*view, codec.VIDEO))) for view in dataset.views}
+    views = {checksum: view for view, checksum in videos.items()}
+    tracked = {path: views.get(digest) for path in results if (digest := video_sum(path))}
     known = [view for view in tracked.values() if view is not None]
     if len(set(known)) > 1:
         told = ", ".join(f"{p.name} of {'/'.join(v)}" for p, v in tracked.items() if v is not None)
@@ -53,7 +56,7 @@ def shown_view(
         )
     fitting = known[:1] or fitting
     if len(fitting) > 1:
-        other = next(iter(tracked), None) if _lists_videos(dataset) else None
+        other = next(iter(tracked), None) if all(videos.values()) else None
         no = "" if other is None else f" none of the video of {other},"
         raise ParameterError(
             f"{path} holds {len(fitting)} views,{no} and one is needed: {choices(fitting)}",
@@ -84,19 +87,6 @@ def found_truth(
     if len(fitting) == 1:
         return load_truth(root / fitting[0][0] / fitting[0][1])
     return shown_view(path, clip, camera, results)[0]
-
-
-def tracked_views(dataset: Dataset, results: Sequence[Path]) -> dict[Path, tuple[str, str] | None]:
-    """The view of which each result is, by the checksum of its video; None if it does not say."""
-    sums = read_sums(dataset.folder)
-    views = {sums.get(f"{c}/{v}/{codec.VIDEO}"): (c, v) for c, v in dataset.views}
-    return {path: views.get(digest) for path in results if (digest := video_sum(path))}
-
-
-def _lists_videos(dataset: Dataset) -> bool:
-    """Whether the dataset has the checksum of every view's video."""
-    sums = read_sums(dataset.folder)
-    return all(f"{clip}/{camera}/{codec.VIDEO}" in sums for clip, camera in dataset.views)
 
 
 def _fitting(
