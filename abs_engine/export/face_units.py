@@ -53,8 +53,11 @@ class UnitFit:
         lists = speaker.points
         area = np.unique(np.concatenate([lists["face"], lists["lips"]]))
         units = speaker.units[:, area].astype(np.float64)
-        cost = weight_cost * np.sqrt(len(area))
-        triangle, basis = _reduced(units.reshape(len(units), -1).T, float(cost))
+        # the same least squares in as many rows as units, and a row for each unit's cost
+        basis, triangle = np.linalg.qr(units.reshape(len(units), -1).T)
+        cost, size = float(weight_cost * np.sqrt(len(area))), len(triangle)
+        triangle = np.vstack([triangle, cost * np.eye(size)])
+        basis = np.hstack([basis, np.zeros((len(basis), size))])
         modes = np.asarray(head.modes[:, area], np.float64).reshape(len(head.modes), -1)
         mean = (head.mean - neutral_face(head, lists["landmark_68"]))[area].ravel()
         return cls(triangle, modes @ basis, mean @ basis)
@@ -79,14 +82,6 @@ def unit_weights(run: TrackedRun) -> FloatArray:
     """
     fit = UnitFit.of(run.speaker, run.mesh)
     return run.in_all(np.array([fit.weights(run.mesh.weights[frame]) for frame in run.frames]))
-
-
-def _reduced(matrix: FloatArray, cost: float) -> tuple[FloatArray, FloatArray]:
-    """The same least squares in as many rows as columns, and a row for each column's cost."""
-    basis, triangle = np.linalg.qr(matrix)
-    size = len(triangle)
-    stacked = np.vstack([triangle, cost * np.eye(size)])
-    return stacked, np.hstack([basis, np.zeros((len(basis), size))])
 
 
 def unit_loss(run: TrackedRun, weights: FloatArray) -> tuple[Loss, ...]:

@@ -112,21 +112,18 @@ def _few(recordings: Sequence[Recording]) -> str:
 
 def _facts(chosen: Chosen, done: Learned) -> dict[str, object]:
     shares = zip(done.face.posture.names, done.space.expression.variance, strict=True)
+    own = done.face.appearance
+    appearance = None
+    if own is not None:
+        explained = {"texture": own.texture.explained, "local": own.local.explained}
+        appearance = {**explained, "points": len(own.local)}
     return {
         "output": chosen.output,
         "frames": done.frames,
         "postures": {name: float(share) for name, share in shares},
         "own_postures": done.space.own,
         "left_out": list(done.space.left_out),
-        "appearance": _appearance(done),
+        "appearance": appearance,
         "explained": list(done.explained),
         "round": done.kept,
     }
-
-
-def _appearance(done: Learned) -> dict[str, object] | None:
-    own = done.face.appearance
-    if own is None:
-        return None
-    explained = {"texture": own.texture.explained, "local": own.local.explained}
-    return {**explained, "points": len(own.local)}

@@ -73,7 +73,8 @@ def probe(path: Path) -> VideoInfo:
     VideoError
         If it is not a video, holds no frame, or breaks off.
     """
-    first, aspect = _first_frame(path)
+    with closing(_decoded(path)) as frames:  # which complains if there are none
+        first, aspect = next(frames)
     turn = Turn.of(first, Harmless())
     height, width = shown_size(first, aspect, turn)
     with open_video(path) as container:
@@ -170,11 +171,6 @@ class Decoder:
         """Raise what was wrong with the last packets, if anything."""
         if self._damage is not None:
             raise self._damage
-
-
-def _first_frame(path: Path) -> tuple[av.VideoFrame, float]:
-    with closing(_decoded(path)) as frames:  # which complains if there are none
-        return next(frames)
 
 
 def _survey(

@@ -84,7 +84,12 @@ def picture_stream(container: av.container.InputContainer) -> av.VideoStream:
 def check_readable(path: Path) -> None:
     """Raise `InputFileError` if the path is no file with something in it that may be read."""
     try:
-        _check_no_sequence(path)
+        sequence = sequence_of(path)
+        if sequence and not path.is_file():
+            raise InputFileError(
+                f"{path} names pictures, and sequences of pictures are not read",
+                as_video(sequence),
+            )
         found = os.stat(path)
         if stat.S_ISDIR(found.st_mode):
             raise InputFileError(f"{path} is a folder", "give the video file in it")
@@ -100,14 +105,6 @@ def check_readable(path: Path) -> None:
         ) from error
     if found.st_size == 0:
         raise InputFileError(f"{path} is empty", "copy or export the video again")
-
-
-def _check_no_sequence(path: Path) -> None:
-    sequence = sequence_of(path)
-    if sequence and not path.is_file():
-        raise InputFileError(
-            f"{path} names pictures, and sequences of pictures are not read", as_video(sequence)
-        )
 
 
 def moving_streams(container: av.container.InputContainer) -> list[av.VideoStream]:
