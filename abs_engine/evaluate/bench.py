@@ -20,7 +20,7 @@ and trimesh is told not to process it; what is left out makes them faster than m
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import Any
 
@@ -79,8 +79,10 @@ def _measure(
         values = {way: np.array(run(len(work.candidates))[1]) for way, run in ways.items()}
         took: dict[str, list[float]] = {way: [] for way in ways}
         counts = {way: _count(ways[way]) for way in ways}
-        for way in _turns(list(ways), rounds):
-            took[way].append(1e3 * ways[way](counts[way])[0] / counts[way])
+        for turn in range(rounds):  # another one begins each time
+            start = turn % len(ways)
+            for way in [*ways][start:] + [*ways][:start]:
+                took[way].append(1e3 * ways[way](counts[way])[0] / counts[way])
     ours = values["cpu"]
     return WorkResult(
         name=work.name,
@@ -93,13 +95,6 @@ def _measure(
 
 def _finite(value: np.floating[Any]) -> float | None:
     return float(value) if np.isfinite(value) else None
-
-
-def _turns(ways: list[str], rounds: int) -> Iterator[str]:
-    """Every way once a round, beginning with another one each time."""
-    for i in range(rounds):
-        start = i % len(ways)
-        yield from ways[start:] + ways[:start]
 
 
 def _count(way: Way) -> int:

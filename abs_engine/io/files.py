@@ -81,11 +81,7 @@ def write_new(path: Path, content: bytes) -> None:
     path = check_free(path)
     made = partial_of(path)
     try:
-        number = lock(made, os.O_RDWR | os.O_CREAT)
-    except OSError as error:
-        raise unwritable(path, error) from error
-    try:
-        with os.fdopen(number, "wb") as file:
+        with os.fdopen(lock(made, os.O_RDWR | os.O_CREAT), "wb") as file:
             try:
                 file.truncate()
                 file.write(content)

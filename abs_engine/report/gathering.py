@@ -60,8 +60,7 @@ class ReportOptions:
     clip, camera : str, optional
         Which view of the dataset, if its path leaves that open.
     video : Path, optional
-        The video that was tracked; by default the truth's, or where the
-        first run says.
+        The video that was tracked; by default the truth's, or where the first run says.
     seed : int
         Of the confidence intervals.
     command : str

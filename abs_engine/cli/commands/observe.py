@@ -129,7 +129,7 @@ def _check_options(*sections: str) -> None:
 
 def _videos(chosen: Chosen, videos: Sequence[Path]) -> Done:
     from abs_engine.capture.dot_annotations import initial_places, read_marks, write_marks
-    from abs_engine.capture.head_points import points_of_head
+    from abs_engine.capture.head_points import ORDER, points_of_head
     from abs_engine.capture.observations import write_observations
     from abs_engine.capture.session import follow_videos, review
     from abs_engine.capture.triangulate import check_sides, triangulate
@@ -161,21 +161,12 @@ def _videos(chosen: Chosen, videos: Sequence[Path]) -> Done:
         write_observations(chosen.output, observed)
         if chosen.review is not None:
             write_new(chosen.review, write_marks(rows).encode())
-    looked_at = f"{len(rows)} of {tracks.scores.size} places should be looked at by a person"
-    return _done(chosen, observed, views, [*_order(observed, chosen.largest_error), looked_at])
-
-
-def _order(observed: Observations, largest_error: float) -> list[str]:
-    """A warning if most points were lost or the views disagree on them, with a head or without."""
-    from abs_engine.capture.head_points import ORDER
-
-    agreed = observed.error <= largest_error  # it is NaN where a dot was lost
-    if 2 * agreed.sum() > agreed.size:
-        return []
-    return [
-        "warning: most points were not found, because dots were lost or the views disagree by more "
-        f"than --largest-error: check {ORDER}"
-    ]
+    lines = [f"{len(rows)} of {tracks.scores.size} places should be looked at by a person"]
+    agreed = observed.error <= chosen.largest_error  # with a head or without; NaN for a lost dot
+    if 2 * agreed.sum() <= agreed.size:
+        doubt = "warning: most points were not found, because dots were lost or the views disagree "
+        lines.insert(0, f"{doubt}by more than --largest-error: check {ORDER}")
+    return _done(chosen, observed, views, lines)
 
 
 def _head(chosen: Chosen, frames: int, first: int = 0) -> HeadChoice:

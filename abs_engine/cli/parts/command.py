@@ -134,7 +134,7 @@ def command(
 
     def decorate(run: Callable[[Chosen], Done]) -> Command:
         given = {param.name for param in params}
-        every = [*params, *(common for common in _common() if common.name not in given)]
+        every = [*params, *(common for common in _COMMON if common.name not in given)]
         return Command(
             run, section, every, examples, (lambda: notes) if isinstance(notes, str) else notes
         )
@@ -142,11 +142,10 @@ def command(
     return decorate
 
 
-def _common() -> tuple[click.Parameter, ...]:
-    return (
-        click.Option(["--json"], is_flag=True, help="print the result as JSON, all else on stderr"),
-        click.Option(["--quiet"], is_flag=True, help="do not show progress"),
-    )
+_COMMON = (
+    click.Option(["--json"], is_flag=True, help="print the result as JSON, all else on stderr"),
+    click.Option(["--quiet"], is_flag=True, help="do not show progress"),
+)
 
 
 def _one_by_one(words: list[str], many: set[str]) -> Iterator[str]:
