@@ -79,19 +79,19 @@ def _tracked(
             future.release()
             if outcome is not None:
                 yield job, outcome
-            elif watched[job.name].set_aside:
+            elif watched[job.name].deaths >= DEATHS:
                 aside.append(job)
             else:
                 waiting.appendleft(job)
 
 
 class _Watched:
-    """A clip that may kill its workers."""
+    """A clip that may kill its workers; `deaths` are those since its last new frame."""
 
     def __init__(self, job: Job) -> None:
         self.job = job
         self._journal = partial_of(job.folder) / FRAMES
-        self._kept, self._deaths = self._size(), 0
+        self._kept, self.deaths = self._size(), 0
 
     def _size(self) -> int:
         """Bytes of the frames that are kept."""
@@ -103,18 +103,8 @@ class _Watched:
     def died(self, deaths: int) -> None:
         """Count workers that died at it now."""
         kept = self._size()
-        self._deaths = 0 if kept > self._kept else self._deaths + deaths
+        self.deaths = 0 if kept > self._kept else self.deaths + deaths
         self._kept = kept
-
-    @property
-    def set_aside(self) -> bool:
-        """Whether it is to wait for the others."""
-        return self._deaths >= DEATHS
-
-    @property
-    def hopeless(self) -> bool:
-        """Whether workers died too often since its last new frame."""
-        return self._deaths >= GIVEN_UP
 
 
 def _gone() -> ParameterError:
@@ -136,7 +126,7 @@ def _outcome(future: Future[Outcome], watched: _Watched, deaths: Counter[str]) -
     died = error.allowed_failures + 1
     deaths[watched.job.name] += died
     watched.died(died)
-    if not watched.hopeless:
+    if watched.deaths < GIVEN_UP:
         return None
     return Outcome(
         FAILED,
