@@ -74,13 +74,10 @@ class _Answer(BaseHTTPRequestHandler):
 
     def _begin(self, kind: str, more: tuple[str, str]) -> None:
         self.send_response(HTTPStatus.OK)
-        for key, value in (
-            ("Content-Type", kind),
-            ("Content-Security-Policy", _POLICY),
-            ("Cache-Control", "no-store"),
-            more,
-        ):
-            self.send_header(key, value)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Security-Policy", _POLICY)
+        self.send_header("Cache-Control", "no-store")
+        self.send_header(*more)
         self.end_headers()
 
     def _events(self) -> None:

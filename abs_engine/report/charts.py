@@ -54,8 +54,6 @@ def lip_chart(data: ReportData) -> Figure | None:
                 _series(figure, row, data, system.curves[quantity.key], number)
     if said:
         _say(figure, said)
-    if data.true is not None:
-        _shade(figure, data.true.closed, data.rate)
     return _timed(figure, data, len(rows), bool(said))
 
 
@@ -71,8 +69,6 @@ def frame_chart(data: ReportData, part: str, quantities: Sequence[Quantity]) -> 
             if series is not None:
                 _series(figure, row, data, series, number)
         figure.update_yaxes(**_from_nought(quantity), row=row, col=1)
-    if data.true is not None:
-        _shade(figure, data.true.closed, data.rate)
     return _timed(figure, data, len(rows), False)
 
 
@@ -125,7 +121,9 @@ def _rows(rows: Sequence[Quantity], above: bool = False) -> Figure:
 
 
 def _timed(figure: Figure, data: ReportData, rows: int, above: bool) -> Figure:
-    """Settle axes and size of a chart over time."""
+    """Shade true closures of a chart over time, and settle its axes and size."""
+    if data.true is not None:
+        _shade(figure, data.true.closed, data.rate)
     times = data.times
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1 / data.rate
     end = min(times[-1] + step, times[0] + SHOWN_SECONDS)

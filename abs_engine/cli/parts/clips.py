@@ -7,7 +7,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -140,9 +140,8 @@ def _plain(video: Path) -> Path:
 
 def _absolute(options: TrackOptions) -> TrackOptions:
     """The same, wherever a worker was started."""
-    given = {one.name: getattr(options, one.name) for one in fields(options)}
     paths: dict[str, Any] = {
-        name: path.absolute() for name, path in given.items() if isinstance(path, Path)
+        name: path.absolute() for name, path in vars(options).items() if isinstance(path, Path)
     }
     if options.model is not None and Path(options.model).is_file():
         paths["model"] = str(Path(options.model).absolute())
