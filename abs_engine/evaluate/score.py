@@ -192,15 +192,10 @@ def summary(clips: Sequence[ClipScores], *, seed: int = 0) -> dict[str, Score]:
             scores[metric.key] = Score(value(means), low, high)
         numbers = [clip.numbers[metric.key] for clip in clips if metric.key in clip.numbers]
         if numbers:
-            counted = metric.key.startswith("frames")
-            scores[metric.key] = Score(sum(numbers) if counted else _mean_of_known(numbers))
+            known = [n for n in numbers if not np.isnan(n)]  # as of constant curves' correlation
+            mean = float(np.mean(known)) if known else float("nan")
+            scores[metric.key] = Score(sum(numbers) if metric.key.startswith("frames") else mean)
     return scores
-
-
-def _mean_of_known(numbers: Sequence[float]) -> float:
-    """The mean of those that are not NaN, such as the correlation of a constant curve is."""
-    known = [number for number in numbers if not np.isnan(number)]
-    return float(np.mean(known)) if known else float("nan")
 
 
 def truth_curves(truth: Truth) -> dict[str, FloatArray]:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.arrays import Image
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.io.assets import Speaker
@@ -144,8 +144,10 @@ def limits_of(kind: str, frames: Sequence[LabelFrame]) -> tuple[float, float]:
     """
     if kind not in ("depth", "flow"):
         return 0.0, 1.0
-    values = [_sizes(kind, frame) for frame in frames]
-    known = np.concatenate(values)
+    values = [frame.read(kind)[frame.ids > 0].astype(np.float64) for frame in frames]
+    if kind == "flow":
+        values = [np.linalg.norm(flow, axis=1) for flow in values]
+    known = np.concatenate([own[np.isfinite(own)] for own in values])
     if kind == "flow":
         longest = float(np.quantile(known, MOST)) if known.size else 1.0
         return 0.0, rounded_up(max(longest, LEAST_FLOW))
@@ -153,11 +155,3 @@ def limits_of(kind: str, frames: Sequence[LabelFrame]) -> tuple[float, float]:
         raise ParameterError("the head is in none of the frames", "choose others")
     low, high = 10 * np.floor(known.min() / 10), 10 * np.ceil(known.max() / 10)
     return float(low), float(max(high, low + 10))
-
-
-def _sizes(kind: str, frame: LabelFrame) -> FloatArray:
-    """Depths, or lengths of the flow, where they are known."""
-    values = frame.read(kind)[frame.ids > 0].astype(np.float64)
-    if kind == "flow":
-        values = np.linalg.norm(values, axis=1)
-    return np.asarray(values[np.isfinite(values)])
