@@ -20,7 +20,7 @@ from abs_engine.core.errors import (
 from abs_engine.face.schema import FACE_UNITS, reading, region_of
 from abs_engine.io.assets import load_speaker
 from abs_engine.io.morphs import read_morphs
-from abs_engine.io.morphs.obj import tiled
+from abs_engine.io.morphs.obj import read_obj, tiled
 from abs_engine.learn.heads.build import build_head
 from abs_engine.learn.heads.frame import head_frame
 from abs_engine.learn.heads.marks import Marks
@@ -439,6 +439,15 @@ def test_an_obj_counts_backwards_from_the_polygon_and_may_be_spaced_freely(tmp_p
     assert mesh.uv[1].tolist() == [[0.5, 0], [0, 0], [0, 0]]
     assert mesh.part_names == ("", "teeth")
     assert mesh.targets["jawOpen"].tolist() == [[0, 0, 0]] * 5 + [[0, 0, 4]]
+
+
+@pytest.mark.parametrize("place", [-3, -4, -5])
+def test_an_obj_that_counts_back_beyond_the_places_above_is_refused(tmp_path, place):
+    above = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "vt 0.1 0.1", "vt 0.2 0.2"]
+    below = [f"f 1/{place} 2/-1 3/-2", "vt 0.9 0.9", "vt 0.8 0.8"]
+    (tmp_path / "head.obj").write_text("\n".join([*above, *below]))
+    with pytest.raises(InputFileError, match=r"head\.obj has a wrong place on its texture"):
+        read_obj(tmp_path / "head.obj", None)
 
 
 def test_textures_of_nobody_are_refused(folder):

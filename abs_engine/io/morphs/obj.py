@@ -73,10 +73,12 @@ def _on_texture(path: Path, corners: NDArray[np.int32]) -> NDArray[np.float32]:
         numbers = [[0.0, 0.0], *([to_number(cell) for cell in row] for row in rows)]
         places = np.array(numbers, np.float32).reshape(len(numbers), 2)[corners]
     except (ValueError, IndexError) as error:
-        raise InputFileError(
-            f"{path} has a wrong place on its texture", "export it again"
-        ) from error
+        raise _misplaced(path) from error
     return np.stack([places[..., 0], 1 - places[..., 1]], axis=-1)
+
+
+def _misplaced(path: Path) -> InputFileError:
+    return InputFileError(f"{path} has a wrong place on its texture", "export it again")
 
 
 def tiled(uv: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -123,6 +125,8 @@ def _corners(
     out = [n - 1 if n > 0 else read["v"] + n for n in numbers]
     if len(out) < 3 or 0 in numbers or min(out) < 0 or max(out) >= count:
         raise InputFileError(f"{path} has a face 'f {rest}' of other vertices", "export it again")
+    if min(seen) < -read["vt"]:  # NumPy would count on from the other end
+        raise _misplaced(path)
     return out, [n if n >= 0 else read["vt"] + 1 + n for n in seen]
 
 
