@@ -66,7 +66,10 @@ def _write(run: TrackedRun, path: Path, arkit: bool) -> tuple[Loss, ...]:
     base = run.neutral if arkit else run.mesh.mean.astype(np.float64)
     mesh = _mesh(run, base, names, targets, buffer)
     mesh.weights = [0.0] * len(names)
-    camera = gl.Camera(type="perspective", perspective=_perspective(run))
+    width, height = run.camera.size
+    upright = 2 * np.arctan(height / (2 * float(run.camera.matrix[1, 1])))
+    lens = gl.Perspective(aspectRatio=width / height, yfov=float(upright), znear=0.05, zfar=100.0)
+    camera = gl.Camera(type="perspective", perspective=lens)
     head = gl.Node(name="head", mesh=0)
     turned = gl.Node(name="video camera", camera=0)  # glTF's look along -z, with y up
     look = gl.PbrMetallicRoughness(metallicFactor=0.0, roughnessFactor=0.7)
@@ -112,12 +115,6 @@ def _colours(run: TrackedRun) -> NDArray[np.float32]:
     out = np.tile(np.array(_SKIN, np.float32), (len(head.vertices), 1))
     out[head.faces.ravel()] = np.repeat(classes[head.facet_class], 3, axis=0)
     return out
-
-
-def _perspective(run: TrackedRun) -> gl.Perspective:
-    width, height = run.camera.size
-    upright = 2 * np.arctan(height / (2 * float(run.camera.matrix[1, 1])))
-    return gl.Perspective(aspectRatio=width / height, yfov=float(upright), znear=0.05, zfar=100.0)
 
 
 _TURN = np.diag([1.0, -1.0, -1.0])  # OpenCV's camera to glTF's

@@ -51,16 +51,12 @@ def views_of(
         Degrees by which the head turns to its left, one for each view.
     """
     centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    poses = [_turned(turn, centre) for turn in turns]
+    poses = []
+    for turn in np.radians(turns):  # about a vertical axis through the centre
+        rotation = FACING @ Pose.from_vectors([0.0, turn, 0.0], np.zeros(3)).rotation
+        poses.append(Pose(rotation, np.array([0.0, 0.0, DISTANCE]) - rotation @ centre))
     spread = np.concatenate([p[..., :2] / p[..., 2:] for p in (q.apply(points) for q in poses)])
     widest, highest = np.abs(spread).max(axis=0)
     focal = 0.5 * FILLED * min(size[0] / widest, size[1] / highest)
     camera = Camera.ideal(size, float(focal))
     return [View(camera, pose, camera.whole) for pose in poses]
-
-
-def _turned(degrees: float, centre: FloatArray) -> Pose:
-    """The head turned to its left about a vertical axis through `centre`."""
-    turn = Pose.from_vectors([0.0, np.radians(degrees), 0.0], np.zeros(3)).rotation
-    rotation = FACING @ turn
-    return Pose(rotation, np.array([0.0, 0.0, DISTANCE]) - rotation @ centre)
