@@ -141,10 +141,10 @@ def from_child(work: Callable[..., Iterator[Any]], *given: Any) -> Iterator[Any]
 
 def put(setting: str, value: Any) -> None:
     """Change a setting of this process, past `frozen`."""
-    from abs_engine.tracking.settings.stages import SETTINGS
+    from abs_engine.tracking.settings.stages import STAGES
 
     stage, _, name = setting.partition(".")
-    object.__setattr__(getattr(SETTINGS, stage), name, value)
+    object.__setattr__(STAGES[stage], name, value)
 
 
 def afresh(
@@ -192,13 +192,12 @@ def read_in(names: Sequence[str], frames: int, todo: Sequence[Trial]) -> Iterato
 
 def spy_on(read: set[str]) -> None:
     """Note in `read` which settings are read from now on."""
-    from abs_engine.tracking.settings.stages import SETTINGS, Settings
+    from abs_engine.tracking.settings.stages import STAGES
 
-    for stage in fields(Settings):
-        value = getattr(SETTINGS, stage.name)
+    for stage, value in STAGES.items():
         own = frozenset(one.name for one in fields(value))
 
-        def spy(self: Any, name: str, stage: str = stage.name, own: frozenset[str] = own) -> Any:
+        def spy(self: Any, name: str, stage: str = stage, own: frozenset[str] = own) -> Any:
             if name in own:
                 read.add(f"{stage}.{name}")
             return object.__getattribute__(self, name)
@@ -267,12 +266,12 @@ def trials(
     wanted: Sequence[str], factors: Sequence[float], done: set[tuple[str, float]]
 ) -> list[Trial]:
     """Settings with the values that they are to have, without those that were tried."""
-    from abs_engine.tracking.settings.stages import SETTINGS, Settings
+    from abs_engine.tracking.settings.stages import STAGES
 
     found = []
-    for one in wanted or [stage.name for stage in fields(Settings)]:
+    for one in wanted or STAGES:
         stage, _, key = one.partition(".")
-        values = getattr(SETTINGS, stage)
+        values = STAGES[stage]
         for name in [key] if key else [field.name for field in fields(values)]:
             value = getattr(values, name)
             for factor in factors:

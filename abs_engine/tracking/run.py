@@ -35,7 +35,7 @@ from abs_engine.tracking.results.smoothing import Smoothing, write_smoothed
 from abs_engine.tracking.runs.output import Progress, RunFacts, write_run
 from abs_engine.tracking.runs.poses_file import read_poses
 from abs_engine.tracking.runs.record import Record
-from abs_engine.tracking.settings.stages import SETTINGS
+from abs_engine.tracking.settings.stages import stage_values
 
 DISCARDED = (
     "what an interrupted command with other options, of another video or by another release had "
@@ -282,6 +282,6 @@ def settings_of(tracker: ClipTracker, options: TrackOptions) -> dict[str, Any]:
         "scale": asdict(tracker.scale),
         "smoothing": None if options.smooth is None else Smoothing.named(options.smooth).told(),
         "plugins": [{"file": path.name, "sha256": digest(path)} for path in PLUGINS],
-        "tuning": SETTINGS.values(),
+        "tuning": stage_values(),
         **tracker.facts,
     }

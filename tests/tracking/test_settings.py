@@ -18,14 +18,13 @@ from abs_engine.learn import settings as learning
 from abs_engine.learn.heads import settings as heads
 from abs_engine.learn.measured import settings as measured
 from abs_engine.tracking.settings import stages
-from abs_engine.tracking.settings.stages import SETTINGS, Settings
+from abs_engine.tracking.settings.stages import STAGES, stage_values
 
-STAGES = [one.name for one in fields(Settings)]
 EVERY = {
     name: value
     for module in (stages, learning, heads, measured, capturing, exporting)
     for name, value in vars(module).items()
-    if name.isupper() and name != "SETTINGS"
+    if name.isupper() and name != "STAGES"
 }
 PACKAGE = Path(abs_engine.__file__).parent
 CHOSEN = (
@@ -81,7 +80,7 @@ def test_settings_cannot_be_changed(name):
 
 
 def test_a_run_gathers_every_stage_of_tracking():
-    gathered = [type(getattr(SETTINGS, name)) for name in STAGES]
+    gathered = [type(stage) for stage in STAGES.values()]
     paths = [p.relative_to(PACKAGE.parent).with_suffix("") for p in PACKAGE.rglob("*.py")]
     homes = [p.as_posix().replace("/", ".") for p in paths if "settings" in p.parts]
     assert {one.__module__ for one in gathered} == set(homes) - {
@@ -97,11 +96,10 @@ def test_a_run_gathers_every_stage_of_tracking():
 
 
 def test_values_are_plain_and_come_back_from_json():
-    values = SETTINGS.values()
-    assert list(values) == STAGES
+    values = stage_values()
+    assert list(values) == list(STAGES)
     told = json.loads(json.dumps(values))
-    for name in STAGES:
-        stage = getattr(SETTINGS, name)
+    for name, stage in STAGES.items():
         back = {k: tuples(v) for k, v in told[name].items()}
         assert type(stage)(**back) == stage
 

@@ -14,7 +14,7 @@ from runs import write_kind
 
 from abs_engine.cli import main
 from abs_engine.tracking.runs.record import load_run
-from abs_engine.tracking.settings.stages import SETTINGS
+from abs_engine.tracking.settings.stages import stage_values
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +87,7 @@ def test_a_film_of_a_head_becomes_a_run(video, tmp_path, capsys):
     assert told["settings"]["start"] == "landmarks"
     assert told["settings"]["scale"]["source"] == "pupil distance"
     assert told["settings"]["scale"]["pupils"] == 62.5
-    assert told["settings"]["tuning"] == json.loads(json.dumps(SETTINGS.values()))
+    assert told["settings"]["tuning"] == json.loads(json.dumps(stage_values()))
     assert isinstance(told["summary"]["warnings"], list)
     assert set(told["summary"]["separability"]) == {"upper_lip", "lower_lip"}
     found = load_run(folder)
