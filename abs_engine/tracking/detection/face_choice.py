@@ -116,7 +116,6 @@ class FaceFollower:
 
     Parameters
     ----------
-    choice : FaceChoice
     known : sequence of Landmarks or None
         What it found in the first frames, when they were looked at before.
     faces : sequence of Face

@@ -14,13 +14,7 @@ from abs_engine.tracking.settings.preparation import PREPARATION
 
 
 class FirstLook:
-    """Follows a face through a video's first frames, in a thread of its own, until it is asked for.
-
-    Parameters
-    ----------
-    video : Path
-    choice : FaceChoice
-    """
+    """Follows a face through a video's first frames in its own thread, until it is asked for."""
 
     def __init__(self, video: Path, choice: FaceChoice) -> None:
         self.video, self.choice = video, choice

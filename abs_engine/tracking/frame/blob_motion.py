@@ -26,7 +26,6 @@ class LipFollower:
 
     Parameters
     ----------
-    classes : ColourClasses
     rate : float
         Frames per second.
     """
@@ -96,10 +95,8 @@ class BlobMotion:
 
     Parameters
     ----------
-    classes : ColourClasses
     rate : float
         Frames per second.
-    camera : Camera
     pivot : (3,) float64, mm, head frame
         The mouth's middle.
     first : Motion

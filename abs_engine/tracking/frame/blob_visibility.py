@@ -64,9 +64,6 @@ class ByBlob:
 
     Parameters
     ----------
-    classes : ColourClasses
-    model : MouthModel
-    camera : Camera
     person : (Q,) float64
     usual : MouthEvidence, optional
         What is usual in the clip; without it nothing counts as hidden.

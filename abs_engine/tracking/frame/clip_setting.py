@@ -122,12 +122,10 @@ class Work:
 
     Parameters
     ----------
-    problem : Problem
     starts : (K, 6 + P) float64
         Of which the best is gone on from.
     explained : callable
         How much of the picture is explained, 0 to 1, by the terms of a value.
-    landmarks : Landmarked or None
     again : Again or None
         Where a search starts again if it comes to little.
     tried : int
@@ -179,9 +177,6 @@ class ClipSetting:
 
     Parameters
     ----------
-    face : Face
-    camera : Camera
-    renderer : Renderer
     rate : float
         Frames per second.
     motion : Motion

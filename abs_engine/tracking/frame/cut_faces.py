@@ -35,7 +35,6 @@ class MouthInPicture:
         Of the person.
     modes : int
         Of the posture's, those of the mouth, which come first.
-    camera : Camera
     """
 
     shape: LandmarkShape

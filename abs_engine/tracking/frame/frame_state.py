@@ -151,7 +151,6 @@ class ShiftedMotion:
 
     Parameters
     ----------
-    motion : Motion
     shift : (6,) float64
         The correction, radians and mm.
     pivot : (3,) float64, mm, head frame

@@ -40,11 +40,8 @@ class HeadBinder:
 
     Parameters
     ----------
-    model : MouthModel
     face : Face
         The model with the person held, and its appearance.
-    camera : Camera
-    renderer : Renderer
     rate : float
         Frames per second.
     landmarks : MouthLandmarks

@@ -46,9 +46,6 @@ class HeadMotion:
 
     Parameters
     ----------
-    model : MouthModel
-    camera : Camera
-    renderer : Renderer
     box : FaceBox or None
         Which face, and where its mouth is, in the first frame where one is looked for, if the user
         knows it.

@@ -48,12 +48,6 @@ class PlacedHead:
 
     Parameters
     ----------
-    model : MouthModel
-    shape : LandmarkShape
-    textured : TexturedHead
-    correspondence : Correspondence
-    camera : Camera
-    renderer : Renderer
     light : SkinLight, optional
         In which colours are learned; by default each frame is taken as it is.
     grey_below : float, levels of 255

@@ -34,8 +34,6 @@ class LandmarkMotion:
     ----------
     shape : LandmarkShape
         Of the person.
-    textured : TexturedHead
-    choice : FaceChoice
     known : tuple of Landmarks or None
         Those of the first frames, which were looked at before.
     light : SkinLight, optional

@@ -34,7 +34,6 @@ class LipLandmarks:
         Of the network, along the line of the eyes and down the face.
     bias : (40, 2) float64, mm
         By how much it sees this person's lips off.
-    camera : Camera
     """
 
     mean: FloatArray
@@ -90,8 +89,6 @@ class LipOutline:
 
     Parameters
     ----------
-    lips : LipLandmarks
-    seen : Landmarks
     strength : float
         Nats for each squared standard deviation that the lips lie off (mean).
     """

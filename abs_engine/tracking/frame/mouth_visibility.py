@@ -119,7 +119,6 @@ class ByLook:
 
     Parameters
     ----------
-    classes : ColourClasses
     usual : MouthLook or None
         Without it no mouth counts as covered.
     place : MouthInPicture, optional

@@ -40,7 +40,6 @@ class PlacedFrame:
     Parameters
     ----------
     image : (H, W, 3) uint8 RGB
-    face : SeenFace
     grey : bool
         Whether it has no colour, while the clip has: then only its landmarks count.
     """
@@ -65,10 +64,6 @@ class PlacedMouths:
 
     Parameters
     ----------
-    model : MouthModel
-    placed : sequence of PlacedFrame
-    camera : Camera
-    renderer : Renderer
     shift : (6,) float64
         Constant correction of the poses, radians and mm.
     person : (Q,) float64

@@ -36,8 +36,6 @@ class ShellBinder:
 
     Parameters
     ----------
-    setting : ShellSetting
-    face : Face
     kinds : mapping of str to TermKind
         The evidence.
     landmarks : MouthLandmarks

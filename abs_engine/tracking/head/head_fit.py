@@ -47,7 +47,6 @@ class FittedHead:
         The person's landmarks, with nothing of the identity left to fit.
     identity : (K,) float64
         Standard deviations from the average person, along `head_modes`.
-    scale : Scale
     textured : TexturedHead
         The head with what the frames show of it.
     """
@@ -73,11 +72,8 @@ class AverageHead:
         How its mouth moves.
     people : (K, V, 3) float32
         See `head_modes`.
-    body : HeadBody
     shape : LandmarkShape
         With identity modes, those of the body at the landmarks.
-    correspondence : Correspondence
-    scale : Scale
     """
 
     speaker: Speaker

@@ -54,9 +54,6 @@ class TexturedHead:
         The person's landmarks, without a bias.
     noise : LandmarkNoise
         Of the network on this person.
-    views : tuple of HeadView
-    camera : Camera
-    renderer : Renderer
     shift : (6,) float64 or None
         A constant correction of all poses, radians and mm: what the mouth says of them.
     """

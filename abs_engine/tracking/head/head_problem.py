@@ -25,7 +25,6 @@ class HeadFrameSeen:
     Parameters
     ----------
     gray : (H, W) uint8
-    landmarks : Landmarks
     pupils : (2, 2) float64, px, or None
     image : (H, W, 3) uint8 RGB, optional
         Without it the head's outline is not looked at.
@@ -46,7 +45,6 @@ class JointHead:
     identity : (K,) float64
     error : (Q,) float64
         The network's error of this person.
-    poses : tuple of Pose
     postures : (N, M) float64
     """
 
@@ -66,17 +64,14 @@ class HeadProblem:
 
     Parameters
     ----------
-    body : HeadBody
     shape : LandmarkShape
         With identity modes, those of the body at the landmarks.
-    noise : LandmarkNoise
     pupils : tuple of two (N,) int
         Vertices about the right and the left pupil.
     apart : float, mm
         Distance of the pupils.
     held : float, mm
         Its standard deviation.
-    camera : Camera
     """
 
     body: HeadBody

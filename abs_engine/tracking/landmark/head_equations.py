@@ -55,7 +55,6 @@ class HeadGuess(NamedTuple):
 
     Parameters
     ----------
-    pose : Pose
     identity : (K,) float64
     error : (Q,) float64
         The network's error of this person, by the factors of `LandmarkNoise.between`.

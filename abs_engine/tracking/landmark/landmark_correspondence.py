@@ -113,9 +113,6 @@ class Sighting:
     Parameters
     ----------
     vertices : (V, 3) float64, mm, head frame
-    pose : Pose
-    camera : Camera
-    landmarks : Landmarks
     """
 
     vertices: FloatArray

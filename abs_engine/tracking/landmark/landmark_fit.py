@@ -44,7 +44,6 @@ class HeldPose:
 
     Parameters
     ----------
-    pose : Pose
     information : (6, 6) float64
         About rotation (camera axes, about the pivot; rad) and the pivot's place (mm).
     """
@@ -142,8 +141,6 @@ def fit_frame(
     ----------
     shape : LandmarkShape
         Of a person: without identity modes.
-    landmarks : Landmarks
-    camera : Camera
     start : FrameLandmarks, optional
         Where to begin, as the frame before; by default the face is taken to look ahead.
     held : HeldPose, optional

@@ -127,7 +127,6 @@ class WrittenFace:
 
     Parameters
     ----------
-    made : MeasuredFace
     looks : TalkingFace or None
         The same with its appearance.
     """

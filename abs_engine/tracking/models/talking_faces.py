@@ -46,9 +46,6 @@ class FaceBinder:
 
     Parameters
     ----------
-    face : Face
-    camera : Camera
-    renderer : Renderer
     rate : float
         Frames per second.
     kinds : mapping of str to TermKind

@@ -108,8 +108,6 @@ class WornHead:
         As `fit.opening.sided` makes it.
     regions : tuple of (str or None)
         What its facet classes show.
-    camera : Camera
-    renderer : Renderer
     """
 
     model: MouthModel

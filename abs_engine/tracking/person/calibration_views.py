@@ -30,10 +30,7 @@ class Stand:
 
     Parameters
     ----------
-    model : MouthModel
     frames : sequence of CalibrationFrame, N
-    camera : Camera
-    renderer : Renderer
     shift : (6,) float64
         Constant correction of the poses, radians and mm.
     person : (Q,) float64

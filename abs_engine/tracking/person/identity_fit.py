@@ -42,7 +42,6 @@ class Calibration:
         Weights of the person modes.
     shift : (6,) float64
         Constant correction of the poses, radians and mm.
-    classes : ColourClasses
     expressions : (K, 6 + P) float64
         Fits of the calibration frames.
     """

@@ -41,7 +41,6 @@ class LipDrawing:
 
     Parameters
     ----------
-    camera : Camera
     sizes : tuple of int
         Number of points of the outer, upper inner and lower inner contour in `FrameResult.lips`.
     mouth : (M, 3) float64, mm, head frame
@@ -102,7 +101,6 @@ class MouthView:
 
     Parameters
     ----------
-    drawing : LipDrawing
     window : Window
         Of the frame.
     turns : int

@@ -45,7 +45,6 @@ class FrameRows:
 
     Parameters
     ----------
-    face : Face
     folder : Path, optional
         Where the file lies, without a name there; by default, where temporary files do.
     """

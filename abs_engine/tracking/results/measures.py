@@ -63,7 +63,6 @@ def of_frame(face: Face, vertices: FloatArray | None, pose: Pose | None) -> dict
 
     Parameters
     ----------
-    face : Face
     vertices : (V, 3) float64, mm, head frame, or None
         Of its scene; None where the lips were not found.
     pose : Pose or None

@@ -46,8 +46,6 @@ class Overlay:
 
     Parameters
     ----------
-    path : Path
-    setting : ClipSetting
     also : callable, optional
         Called with each frame and its result after the frame was written, in the same thread.
     """

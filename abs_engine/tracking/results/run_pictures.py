@@ -156,7 +156,6 @@ class HeadKeeper:
 
     Parameters
     ----------
-    setting : ClipSetting
     frames : int
         Number of frames that are expected, 0 where that is not known.
     """

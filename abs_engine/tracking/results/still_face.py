@@ -18,12 +18,7 @@ STILL = (
 
 
 class StillFace:
-    """Follows how much a coarse picture of the face changes, at its place in the first frame.
-
-    Parameters
-    ----------
-    setting : ClipSetting
-    """
+    """Follows how much a coarse picture of the face changes, at its place in the first frame."""
 
     def __init__(self, setting: ClipSetting) -> None:
         self._setting = setting

@@ -52,7 +52,6 @@ class GivenPoses:
 
     Parameters
     ----------
-    path : Path
     poses : tuple of (Pose or None)
         Head to camera in each frame; None where it is not known.
     camera : Camera or None

@@ -107,7 +107,6 @@ class Record:
         The usual lip points.
     mesh : RunMesh
         The whole head in every frame.
-    closures : sequence of Closure
     summary : dict
         Counts of frames, means of those tracked, and warnings; see `run_summary.summary`.
     made : dict
@@ -135,7 +134,6 @@ class Record:
 
         Parameters
         ----------
-        folder : Path
         facts : dict
             What else ``run.json`` says, JSON values.
 

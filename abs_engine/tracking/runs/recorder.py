@@ -37,7 +37,6 @@ class Recorder:
 
     Parameters
     ----------
-    setting : ClipSetting
     folder : Path, optional
         Where their numbers are kept until they are written; see `FrameRows`.
     """

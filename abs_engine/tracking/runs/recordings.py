@@ -45,7 +45,6 @@ class Recording:
     ----------
     path : Path
         What was given: the video, or the folder of its run.
-    video : Path
     run : dict of str to array
         As ``results.npz`` has them.
     head : (V, 3) float32, mm

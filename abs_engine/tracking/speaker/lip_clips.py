@@ -47,9 +47,6 @@ class LipRun:
 
     Parameters
     ----------
-    folder : Path
-    recording : Recording
-    colours : ColourClasses
     rest : (V, 3) float32, mm
         The person's head at rest.
     tracked : (T, N, 3) float64, mm

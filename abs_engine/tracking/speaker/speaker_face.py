@@ -89,7 +89,6 @@ class SpeakerFace:
     ----------
     head : str
         Checksum of the head that it is made of; see `learn.training.checksum`.
-    scale : Scale
     neutral : (V, 3) float32, mm
         The person at rest.
     expression : LinearShape
@@ -112,9 +111,6 @@ class SpeakerFace:
         Correction of poses by the mouth, radians and mm.
     camera : Camera
         Of the views.
-    classes : ColourClasses
-    light : SkinLight
-    look : MouthLook or None
     appearance : Appearance or None
         Texture and local appearance by this person's postures, where they were learned.
     """

@@ -55,7 +55,6 @@ class Learned:
 
     Parameters
     ----------
-    face : SpeakerFace
     space : PostureSpace
         Its postures.
     frames : int
@@ -131,9 +130,6 @@ class Learner:
     ----------
     speaker : Speaker
         The head that the face is made of.
-    average : AverageHead
-    camera : Camera
-    renderer : Renderer
     tell : callable
         Called with what is begun, in a few words.
     """

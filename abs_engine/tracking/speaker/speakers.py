@@ -100,10 +100,8 @@ class SpeakerClip:
 
     Parameters
     ----------
-    clip : Clip
     choice : FaceChoice
         Which face of the clip is the speaker's.
-    face : SpeakerFace
     speaker : Speaker
         The head that the face is made of.
     first : int

@@ -35,7 +35,6 @@ class GivenHead:
         Of each frame.
     first : Pose or None
         That of the first frame; None where it puts the mouth outside of the picture, too.
-    camera : Camera
     """
 
     poses: tuple[Pose | None, ...]

@@ -45,7 +45,6 @@ class FittedPerson:
 
     Parameters
     ----------
-    model : MouthModel
     person : (Q,) float64
         The mouth: weights of the person modes.
     textured : TexturedHead
@@ -54,7 +53,6 @@ class FittedPerson:
         The person's landmarks, and what the network is biased by.
     deviation : (468, 3) float64, mm
         That of the network on anybody.
-    classes : ColourClasses
     light : SkinLight
         In which the colours were learned.
     look : MouthLook or None

@@ -34,8 +34,6 @@ class Trial:
     ----------
     model : MouthModel
         Of the average head.
-    camera : Camera
-    renderer : Renderer
     """
 
     model: MouthModel

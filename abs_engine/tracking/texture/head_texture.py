@@ -39,7 +39,6 @@ class HeadBody:
 
     Parameters
     ----------
-    speaker : Speaker
     mean : (V, 3) float64, mm
     identity : (K, V, 3) float64, mm per standard deviation
     posture : (M, V, 3) float64, mm per standard deviation
@@ -119,7 +118,6 @@ class HeadView:
     Parameters
     ----------
     gray : (H, W) uint8
-    pose : Pose
     vertices : (V, 3) float64, mm
     normals : (V, 3) float64
     camera : Camera or None

@@ -49,7 +49,6 @@ class RigidState:
 
     Parameters
     ----------
-    pose : Pose
     pixels : (N, 2) float32
     residual : float
         Root mean square distance of followed points from where the pose puts them, pixels.
@@ -187,7 +186,6 @@ class Keyframes:
 
     Parameters
     ----------
-    camera : Camera
     make : callable
         A reference from an image and the head's pose in it.
     """

@@ -53,8 +53,6 @@ class KnownHead:
         The person's head with the person's texture, without modes.
     rigid : (F,) bool
         The facets that are compared.
-    camera : Camera
-    renderer : Renderer
     motions : (K, V, 3) float32, mm per standard deviation, optional
         How those facets move nevertheless, as brows do; see `face_motions`.
     """
