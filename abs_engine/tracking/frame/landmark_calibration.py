@@ -55,17 +55,16 @@ class PlacedHead:
     """
 
     model: MouthModel
-    shape: LandmarkShape
     textured: TexturedHead
     correspondence: Correspondence
-    camera: Camera
     renderer: Renderer
     light: SkinLight | None = None
     grey_below: float = 0.0
 
     def frames(self, seen: Sequence[tuple[Image, Landmarks]]) -> list[PlacedFrame]:
         """The frames with the head placed by the person's landmarks and texture."""
-        return placed_frames(self.textured, self.shape, seen, self.light, self.grey_below)
+        shape = self.textured.shape
+        return placed_frames(self.textured, shape, seen, self.light, self.grey_below)
 
     def again(self, frame: PlacedFrame, shape: LandmarkShape, shift: FloatArray) -> PlacedFrame:
         """One of the `frames`, once more is known of the person's landmarks, and of all poses.
@@ -78,29 +77,35 @@ class PlacedHead:
         if held is not None:
             held = replace(held, pose=shifted(held.pose, shift, shape.pivot))
         try:
-            found = fit_frame(shape, seen, self.camera, fit, held)
+            found = fit_frame(shape, seen, self.textured.camera, fit, held)
         except np.linalg.LinAlgError:
             return frame
         return replace(frame, face=SeenFace(seen, found)) if found.sound(shape) else frame
+
+    def mouths(self, placed: Sequence[PlacedFrame], person: FloatArray) -> PlacedMouths:
+        """The mouths of frames, of a person (Q,), where the poses put them."""
+        still, camera = no_correction(), self.textured.camera
+        return PlacedMouths(self.model, placed, camera, self.renderer, still, person)
 
     @cached_property
     def lips(self) -> LipLandmarks:
         """Its lips, with the person modes."""
         person = self.correspondence.of(self.model.person_modes)
-        return LipLandmarks.of(self.shape, self.model.n_expression, self.camera, person)
+        textured = self.textured
+        return LipLandmarks.of(textured.shape, self.model.n_expression, textured.camera, person)
 
     def known(self, frames: Sequence[PlacedFrame], found: Calibration) -> LandmarkShape:
         """The person's landmarks once the mouth was fitted, and what the network is biased by."""
-        model = self.model
+        model, shape, camera = self.model, self.textured.shape, self.textured.camera
         moved = np.tensordot(found.person, self.correspondence.of(model.person_modes), 1)
-        own = replace(self.shape, mean=self.shape.mean + moved)
+        own = replace(shape, mean=shape.mean + moved)
         p, off = model.n_expression, []
         pairs = list(zip(frames, found.expressions, strict=True))
         for frame, vector in sorted(pairs, key=lambda pair: pair[0].face.landmarks.openness):
             base = PoseFrame(shifted(frame.pose, found.shift, model.pivot), model.pivot)
             posture = np.r_[parted(vector)[1], frame.face.fit.posture[p:]]
-            off.append(own.off(frame.face.landmarks, self.camera, base.pose(vector), posture))
-        return self.shape.known(moved, off)
+            off.append(own.off(frame.face.landmarks, camera, base.pose(vector), posture))
+        return shape.known(moved, off)
 
 
 def placed_frames(
@@ -153,14 +158,13 @@ def calibrate_placed(
     FaceNotFoundError
         If the mouth lies outside of the picture in all of them.
     """
-    person, shape, shift = np.zeros(head.model.n_person), head.shape, no_correction()
-    threads = workers(head.renderer)
+    person, shift = np.zeros(head.model.n_person), no_correction()
+    threads, camera = workers(head.renderer), head.textured.camera
     first = placed = head.frames(seen)
     for blur in LANDMARK_EVIDENCE.place_rounds:
         learned = placed if known is not None else [frame for frame in placed if not frame.grey]
         if not learned:
-            usual = Camera.ideal(head.camera.size).matrix
-            given = not np.array_equal(head.camera.matrix, usual)
+            given = not np.array_equal(camera.matrix, Camera.ideal(camera.size).matrix)
             raise FaceNotFoundError(
                 "the landmarks that were seen are no face's" + given * " by the given camera",
                 "give a video with a face" + given * ", and check --camera",
@@ -185,7 +189,7 @@ def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibrati
     if not placed:
         return 1.0
     model = head.model
-    stand = PlacedMouths(model, placed, head.camera, head.renderer, no_correction(), found.person)
+    stand = head.mouths(placed, found.person)
     starts = np.stack([f.start(model.n_expression) for f in placed])
     classes = replace(found.classes, agreement=1.0, separability={})
     told = _apertures(model, found.person, starts)
@@ -237,7 +241,7 @@ def _round(
     depth = float(np.median([f.pose.translation[2] for f in placed]))
     deviation = SHIFT_DEVIATION * np.r_[np.ones(5), depth]
     vectors = np.stack([f.start(model.n_expression) for f in placed])
-    stand = PlacedMouths(model, placed, head.camera, head.renderer, no_correction(), person)
+    stand = head.mouths(placed, person)
     classes = known or stand.learned(vectors, blur, chromatic)
     terms = stand.terms(classes, vectors)
     vectors = stand.postures(terms, vectors)

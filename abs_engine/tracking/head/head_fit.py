@@ -43,8 +43,6 @@ class FittedHead:
     neutral : (V, 3) float32, mm
     expression : LinearShape
         How this head's mouth moves.
-    shape : LandmarkShape
-        The person's landmarks, with nothing of the identity left to fit.
     identity : (K,) float64
         Standard deviations from the average person, along `head_modes`.
     textured : TexturedHead
@@ -54,7 +52,6 @@ class FittedHead:
     speaker: Speaker
     neutral: NDArray[np.float32]
     expression: LinearShape
-    shape: LandmarkShape
     identity: FloatArray
     scale: Scale
     textured: TexturedHead
@@ -140,7 +137,7 @@ class AverageHead:
         )
         views = tuple(views_of(body, frames, found))
         textured = TexturedHead(known, shape, noise.person(found.error), views, camera, drawn_with)
-        return FittedHead(sized, neutral, own, shape, found.identity, scale, textured)
+        return FittedHead(sized, neutral, own, found.identity, scale, textured)
 
 
 def seen_in(image: NDArray[np.uint8], landmarks: Landmarks) -> HeadFrameSeen:

@@ -196,10 +196,7 @@ def _fitted(
     known = usable(colours, chromatic)
     tell(learning(known))
     light = SkinLight.of(coloured)
-    placed = PlacedHead(
-        model, head.shape, head.textured, average.correspondence, camera, renderer, light,
-        below,
-    )  # fmt: skip
+    placed = PlacedHead(model, head.textured, average.correspondence, renderer, light, below)
     # Where there is no colour, landmarks are all that is known of the mouth, and err
     telling = coloured if len(coloured) >= LANDMARK_EVIDENCE.closest else chosen
     found, shape = calibrate_placed(placed, telling, known, chromatic)
@@ -211,5 +208,5 @@ def _fitted(
     look = MouthLook.usual(in_threads(looked, coloured))
     return FittedPerson(
         model, found.person, replace(head.textured, shift=found.shift), shape,
-        head.shape.deviation, found.classes, light, look, grey_below=below,
+        head.textured.shape.deviation, found.classes, light, look, grey_below=below,
     )  # fmt: skip

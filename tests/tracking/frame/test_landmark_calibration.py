@@ -82,7 +82,7 @@ def placed():
         head.speaker, head.neutral, texture_of("clara"), expression=head.expression,
         person_spread=PREPARATION.person_spread,
     )  # fmt: skip
-    return PlacedHead(model, head.shape, head.textured, correspondence(), CAMERA, CpuRenderer())
+    return PlacedHead(model, head.textured, correspondence(), CpuRenderer())
 
 
 @cache
@@ -106,8 +106,8 @@ def test_without_colour_skin_and_lips_are_not_mixed():
 )
 def test_a_camera_by_which_there_is_no_face_is_named(camera, said):
     head = SimpleNamespace(
-        model=SimpleNamespace(n_person=0), shape=None, camera=camera, renderer=CpuRenderer(),
-        frames=lambda _: [],
+        model=SimpleNamespace(n_person=0), textured=SimpleNamespace(camera=camera),
+        renderer=CpuRenderer(), frames=lambda _: [],
     )  # fmt: skip
     with pytest.raises(FaceNotFoundError, match=said):
         calibrate_placed(head, clip())
@@ -150,9 +150,9 @@ def test_the_texture_is_looked_for_once_in_each_frame(monkeypatch):
 def test_frames_are_placed_again_as_they_would_be_anew():
     head, shift = placed(), np.array([0.004, -0.006, 0.003, 2.0, 0.0, 0.0])
     first = head.frames(clip())
-    again = [head.again(frame, head.shape, shift) for frame in first]
+    again = [head.again(frame, head.textured.shape, shift) for frame in first]
     corrected = replace(head, textured=replace(head.textured, shift=shift))
-    pivot = head.shape.pivot
+    pivot = head.textured.shape.pivot
     for before, after, anew in zip(first, again, corrected.frames(clip()), strict=True):
         expected = shifted(before.pose, shift, pivot)
         assert np.degrees(after.pose.angle_to(expected)) < 1e-4
@@ -172,7 +172,7 @@ def test_a_frame_that_leads_astray_stays_where_it_was(monkeypatch):
     head = placed()
     first = head.frames(clip())
     monkeypatch.setattr(landmark_calibration, "fit_frame", astray)
-    assert [head.again(one, head.shape, np.ones(6)) for one in first] == first
+    assert [head.again(one, head.textured.shape, np.ones(6)) for one in first] == first
 
 
 def test_colours_are_those_that_were_painted():
@@ -201,8 +201,8 @@ def test_the_mouth_is_fitted_and_the_head_hardly_moved():
 
 def test_the_landmarks_of_the_person_are_less_off_than_anybodys():
     _, shape = calibrated()
-    before = [fit_frame(placed().shape, seen, CAMERA).misfit for _, seen in clip()]
-    sure = replace(shape, deviation=placed().shape.deviation)
+    before = [fit_frame(placed().textured.shape, seen, CAMERA).misfit for _, seen in clip()]
+    sure = replace(shape, deviation=placed().textured.shape.deviation)
     after = [fit_frame(sure, seen, CAMERA).misfit for _, seen in clip()]
     assert np.mean(after) < 0.8 * np.mean(before)
 

@@ -121,8 +121,10 @@ def test_all_of_it_is_as_large_as_the_pupils_say():
     assert sizes[1] / sizes[0] == pytest.approx(1.2, rel=0.03)
     spans = [np.linalg.norm(f.expression.modes) for f in (small, large)]
     assert spans[1] / spans[0] == pytest.approx(1.2, rel=0.01)
-    assert len(large.shape.identity) == 0
-    assert len(large.shape.posture) == SHAPE.expression_modes + len(upper_face_modes(speaker()))
+    assert len(large.textured.shape.identity) == 0
+    assert len(large.textured.shape.posture) == SHAPE.expression_modes + len(
+        upper_face_modes(speaker())
+    )
 
 
 def test_directions_of_people_are_targets_of_the_speaker_and_pairs_are_one():

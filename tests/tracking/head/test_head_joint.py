@@ -364,7 +364,7 @@ def test_raised_brows_hardly_turn_a_head():
 def test_a_known_head_is_placed_in_a_frame_that_it_was_not_fitted_on():
     found, pose = fitted(), seen_at([0.02, 0.22, 0.03], [5, -5, 620])
     image = lit(PERSON, pose, CAMERA)
-    fit = placed_fit(found.textured, found.shape, image, network_sees(image))
+    fit = placed_fit(found.textured, found.textured.shape, image, network_sees(image))
     assert fit is not None
     first = found.textured.views[0].pose
     turn, true = between(first, fit.pose), between(POSES[0], pose)
@@ -377,13 +377,13 @@ def test_a_known_head_is_placed_in_a_frame_that_it_was_not_fitted_on():
 def test_where_a_head_faced_just_before_holds_it_where_only_landmarks_nod():
     """A frame without texture, as in a blur, whose landmarks are seen as of a nod by 5 degrees."""
     found, marks = fitted(), frames()[3].landmarks
-    last = placed_fit(found.textured, found.shape, picture(3), marks)
+    last = placed_fit(found.textured, found.textured.shape, picture(3), marks)
     points = correspondence().of(vertices_of(PERSON))
     nod = projected(points, replace(POSES[3], rotation=POSES[3].rotation @ NOD), CAMERA)
     flat = np.full_like(picture(3), 128)
 
     def turn(before, interval=0.04):
-        fit = placed_fit(found.textured, found.shape, flat, nod, before, interval)
+        fit = placed_fit(found.textured, found.textured.shape, flat, nod, before, interval)
         assert fit is not None
         assert last is not None
         return turned_by(fit.pose, last.pose)
@@ -395,10 +395,10 @@ def test_where_a_head_faced_just_before_holds_it_where_only_landmarks_nod():
 def test_where_a_head_faced_just_before_changes_nothing_in_a_clear_frame():
     """Else a tremor would be smaller than it is."""
     found, marks = fitted(), frames()[1].landmarks
-    before = placed_fit(found.textured, found.shape, picture(3), frames()[3].landmarks)
+    before = placed_fit(found.textured, found.textured.shape, picture(3), frames()[3].landmarks)
     assert before is not None
     alone, after = (
-        placed_fit(found.textured, found.shape, picture(1), marks, last)
+        placed_fit(found.textured, found.textured.shape, picture(1), marks, last)
         for last in (replace(before, held=None), before)
     )
     assert alone is not None
@@ -438,11 +438,12 @@ def test_a_constant_correction_is_added_to_every_pose():
     found = fitted()
     shift = np.array([0, 0, 0, 2.0, 0, 0])
     image, marks = picture(3), frames()[3].landmarks
-    plain = placed_fit(found.textured, found.shape, image, marks)
-    moved = placed_fit(replace(found.textured, shift=shift), found.shape, image, marks)
+    plain = placed_fit(found.textured, found.textured.shape, image, marks)
+    moved = placed_fit(replace(found.textured, shift=shift), found.textured.shape, image, marks)
     assert plain is not None
     assert moved is not None
-    off = moved.pose.apply(found.shape.pivot) - plain.pose.apply(found.shape.pivot)
+    pivot = found.textured.shape.pivot
+    off = moved.pose.apply(pivot) - plain.pose.apply(pivot)
     assert off[0] == pytest.approx(2.0, abs=0.6)  # the lips' landmarks pull it back a little
     assert np.abs(off[1]) < 0.3
 
@@ -450,7 +451,7 @@ def test_a_constant_correction_is_added_to_every_pose():
 def test_a_picture_without_texture_leaves_the_pose_to_landmarks():
     found = fitted()
     flat = np.full_like(picture(3), 128)
-    fit = placed_fit(found.textured, found.shape, flat, frames()[3].landmarks)
+    fit = placed_fit(found.textured, found.textured.shape, flat, frames()[3].landmarks)
     assert fit is not None
     assert turned_by(fit.pose, POSES[3]) < 8.0
 
