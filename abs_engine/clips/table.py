@@ -19,7 +19,7 @@ from abs_engine.dataset.sums import digest
 from abs_engine.io.files import check_free, unwritable
 from abs_engine.io.inputs import read_json
 from abs_engine.io.naming import lock, partial_of, path_from, settle
-from abs_engine.tracking.runs.stated_settings import run_settings
+from abs_engine.tracking.runs.record import run_settings
 
 COLUMNS = ("clip", "video", "status", "frames", "found", "closed", "message")
 _APART = 20

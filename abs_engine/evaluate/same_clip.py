@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import OtherClipError
 from abs_engine.dataset import Truth
 from abs_engine.dataset.sums import SUMS, read_sums
-from abs_engine.tracking.runs.stated_settings import run_settings
+from abs_engine.tracking.runs.record import run_settings
 
 FOCAL_WARNING = 0.2
 """Share of the true focal length by which a run's may differ without a warning."""

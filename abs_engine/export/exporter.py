@@ -21,8 +21,7 @@ from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.inputs import is_there
 from abs_engine.tracking.results.measures import closure_arrays, closures, cuts
 from abs_engine.tracking.results.run_mesh import RunMesh
-from abs_engine.tracking.runs.record import SUMMARY, camera_of, load_whole_run
-from abs_engine.tracking.runs.stated_settings import stated_settings
+from abs_engine.tracking.runs.record import SUMMARY, camera_of, load_whole_run, stated_settings
 
 _ROUNDING = {"s": 1e-6, "mm": 1e-2, "px": 1e-2, "degrees": 1e-2, "": 1e-4}
 """Differences by their units, up to which they are of rounding."""

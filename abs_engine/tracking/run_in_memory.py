@@ -22,8 +22,7 @@ from abs_engine.tracking.results.run_table import OF_LIPS
 from abs_engine.tracking.results.smoothing import Smoothing, write_smoothed
 from abs_engine.tracking.run import path_of
 from abs_engine.tracking.runs.output import COLOURS
-from abs_engine.tracking.runs.record import Record, load_record
-from abs_engine.tracking.runs.stated_settings import run_settings
+from abs_engine.tracking.runs.record import Record, load_record, run_settings
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -10,8 +10,7 @@ from abs_engine.dataset.sums import digest
 from abs_engine.evaluate.same_clip import video_sum
 from abs_engine.io.video import probe
 from abs_engine.report.inspect.runs import RunHead
-from abs_engine.tracking.runs.record import SUMMARY
-from abs_engine.tracking.runs.stated_settings import run_settings
+from abs_engine.tracking.runs.record import SUMMARY, run_settings
 
 _log = logging.getLogger(__name__)
 _TRACKED = "give the tracked video with --video"

@@ -224,6 +224,30 @@ def stated(folder: Path) -> dict[str, Any]:
     return told
 
 
+def stated_settings(folder: Path) -> dict[str, Any]:
+    """Settings that a run's ``run.json`` states; a summary beside them may hold unknown numbers.
+
+    Raises
+    ------
+    OSError, ValueError
+        As `stated`.
+    KeyError
+        If it states none.
+    """
+    settings = stated(folder).get("settings")
+    if not isinstance(settings, dict):
+        raise KeyError("settings")
+    return settings
+
+
+def run_settings(folder: Path) -> dict[str, Any]:
+    """The same; none where there is no such file that can be read."""
+    try:
+        return stated_settings(Path(folder))
+    except (OSError, ValueError, KeyError):
+        return {}
+
+
 def load_whole_run(
     folder: Path, speaker: Speaker, needs: Sequence[str] = ()
 ) -> tuple[dict[str, NDArray[Any]], RunMesh]:

@@ -30,8 +30,13 @@ from abs_engine.tracking.detection.shot_cuts import shots_line
 from abs_engine.tracking.person.scale import Scale
 from abs_engine.tracking.results.measures import cuts
 from abs_engine.tracking.results.run_table import sure_frames
-from abs_engine.tracking.runs.record import SUMMARY, Record, camera_of, load_whole_run
-from abs_engine.tracking.runs.stated_settings import stated_settings
+from abs_engine.tracking.runs.record import (
+    SUMMARY,
+    Record,
+    camera_of,
+    load_whole_run,
+    stated_settings,
+)
 from abs_engine.tracking.settings.doubts import DOUBTS
 
 Arrays = dict[str, NDArray[Any]]

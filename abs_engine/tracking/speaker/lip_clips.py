@@ -34,9 +34,8 @@ from abs_engine.learn.training import check_speaker
 from abs_engine.tracking.models.shells import BUNDLED, person_lips
 from abs_engine.tracking.results.run_mesh import load_mesh_of
 from abs_engine.tracking.results.run_table import sure_frames
-from abs_engine.tracking.runs.record import SUMMARY, camera_of
+from abs_engine.tracking.runs.record import SUMMARY, camera_of, stated_settings
 from abs_engine.tracking.runs.recordings import Recording, load_recording, pose_in
-from abs_engine.tracking.runs.stated_settings import stated_settings
 
 COLOURS = "colours.npz"
 

@@ -32,9 +32,8 @@ from abs_engine.tracking.results.run_warnings import (
     OTHER_COLOURS,
 )
 from abs_engine.tracking.run import prepare_clip
-from abs_engine.tracking.runs.record import RESULTS, SUMMARY, TABLE, load_run
+from abs_engine.tracking.runs.record import RESULTS, SUMMARY, TABLE, load_run, run_settings
 from abs_engine.tracking.runs.recorder import Recorder
-from abs_engine.tracking.runs.stated_settings import run_settings
 from abs_engine.tracking.settings.detection import DETECTION
 
 RESULTS_OF_CLIP = [toy_result(0), toy_result(1, prototype=4), lost_result(2), toy_result(3, 3)]
