@@ -80,7 +80,11 @@ def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
     if options.preset is None and kind == CLOSE_UP.model:
         preset = CLOSE_UP
     if file is not None and kind == USUAL.model:
-        options = replace(options, speaker=_only_head(file, options.speaker))
+        if options.speaker is not None:
+            raise ParameterError(
+                f"--speaker does nothing for {file}, which is a head itself", "leave out --speaker"
+            )
+        options = replace(options, speaker=file)
     if file is not None and kind == LIPS and options.physics is not None:
         raise ParameterError("two files say how the lips move", "leave out --physics, or --model")
     terms = preset.terms if options.terms is None else options.terms
@@ -109,15 +113,6 @@ def _check_kind(options: TrackOptions, preset: Preset, kind: str) -> None:
             f"the preset '{options.preset}' is for the model '{preset.model}', not for '{kind}'",
             f"leave out --preset, or {other}",
         )
-
-
-def _only_head(model: Path, speaker: Path | None) -> Path:
-    """The head that is a model; raise `ParameterError` for another one beside it."""
-    if speaker is not None:
-        raise ParameterError(
-            f"--speaker does nothing for {model}, which is a head itself", "leave out --speaker"
-        )
-    return model
 
 
 def _driver(preset: Preset, kind: str, terms: tuple[str, ...]) -> str:

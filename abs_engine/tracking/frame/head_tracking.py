@@ -128,23 +128,20 @@ class HeadMotion:
     ) -> RigidReference | None:
         """A reference from the face in an image; None without a face, or one without texture.
 
-        `before` is the frame before, and its pose in it, if it was seen there.
+        It is placed by the face, and by its texture where that is known. `before` is the frame
+        before, and its pose in it, if it was seen there.
         """
         pose = self._seen(image, box)
-        reference = None if pose is None else self._reference(image, pose, before)
-        if reference is None or len(reference.points) < REGISTRATION.least_points:
+        if pose is None:
             return None
-        return reference
-
-    def _reference(
-        self, image: Image, seen: Pose, before: tuple[Image, Pose] | None
-    ) -> RigidReference:
-        """The head in a first frame: by the face, and by its texture where that is known."""
-        moved = None if before is None else self._carried(*before, image)
-        pose = moved or seen
+        if before is not None:
+            head = self.model.head
+            points = head.mean[np.unique(head.faces[self.model.rigid])]
+            pose = carried(*before, image, points, self.camera) or pose
         if self._known is not None:
             pose = self._known.align(image, pose)
-        return self.taken(image, pose)
+        reference = self.taken(image, pose)
+        return reference if len(reference.points) >= REGISTRATION.least_points else None
 
     def _seen(self, image: Image, box: FaceBox | None) -> Pose | None:
         """The head by the face that is found, or about the box that somebody told."""
@@ -160,12 +157,6 @@ class HeadMotion:
             return first_pose(box, self.camera, self.model.pivot)
         pose = pose_of_face(face, self.camera, face_marks(self.model))
         return with_mouth_at(pose, np.array(box.mouth), self.camera, self.model.pivot)
-
-    def _carried(self, before: Image, pose: Pose, image: Image) -> Pose | None:
-        """The pose of the frame before, moved as the face has; None where it is not seen alike."""
-        head = self.model.head
-        points = head.mean[np.unique(head.faces[self.model.rigid])]
-        return carried(before, pose, image, points, self.camera)
 
     def refined(self, image: Image, pose: Pose) -> RigidReference:
         """A reference of an image in which a known head's pose is nearly known."""

@@ -69,7 +69,7 @@ class ShellBinder:
             pose, starts = self._centred(pose, frame.blob.centre, postures)
         told = marks.told(frame)
         starts = starts if told is None else np.vstack([starts, told])
-        problem = self._problem(frame, pose, starts[0], marks)
+        problem = self._problem(frame, pose, starts[0])
         undrawn = problem_of(self.setting, pose, {})
         said = marks.marked(frame, replace(undrawn, priors=(*undrawn.priors, *self.priors)))
         doubt = partial(self._doubt, problem) if self.judged else None
@@ -78,14 +78,12 @@ class ShellBinder:
             problem, starts, partial(explained, problem.terms), said, tried=tried, doubt=doubt
         )
 
-    def _problem(
-        self, frame: HeadFrame, pose: Pose, start: FloatArray, marks: MouthLandmarks
-    ) -> Problem:
+    def _problem(self, frame: HeadFrame, pose: Pose, start: FloatArray) -> Problem:
         setting = self.setting
         base, window = PoseFrame(pose, self.face.pivot), shell_window(setting, pose)
         view = View(frame.in_usual_light, setting.camera, setting.renderer, base, window, start)
         made = problem_of(setting, pose, bound(self.kinds, self.face, view))
-        beside = marks.beside(frame, setting.classes.outdoing)
+        beside = self.landmarks.beside(frame, setting.classes.outdoing)
         return replace(made, priors=(*made.priors, *self.priors, *beside))
 
     def _centred(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -48,19 +48,6 @@ class RunFacts:
     frames: int = 0
     preparation: float = 0.0
     resumed: int = 0
-
-
-def _timing(
-    facts: RunFacts, frames: int, took: float, parts: Mapping[str, float]
-) -> dict[str, Any]:
-    """Content of ``timing.json``: of frames that took some seconds, and of their parts."""
-    each = {part: round(1e3 * seconds / frames, 2) for part, seconds in parts.items()}
-    return {
-        "resumed_frames": facts.resumed,
-        "preparation_seconds": round(facts.preparation, 3),
-        "seconds_per_frame": round(took / frames, 5),
-        "processor_ms_per_frame": each,
-    }
 
 
 def write_run(
@@ -108,9 +95,14 @@ def write_run(
     classes = setting.face.appearance.get("colour")
     if classes is not None:
         classes.save(folder / COLOURS)
-    spent = setting.clock.seconds
+    spent, frames = setting.clock.seconds, max(1, len(recorder))
     parts = {**spent, "other": max(busy - sum(spent.values()), 0.0)}
-    timing = _timing(facts, max(1, len(recorder)), took, parts)
+    timing = {
+        "resumed_frames": facts.resumed,
+        "preparation_seconds": round(facts.preparation, 3),
+        "seconds_per_frame": round(took / frames, 5),
+        "processor_ms_per_frame": {k: round(1e3 * s / frames, 2) for k, s in parts.items()},
+    }
     write_timing(folder, timing)
     return record, {**written.result(), "timing": timing}
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.camera import Camera, Window
+from abs_engine.core.camera import Camera
 from abs_engine.core.errors import AbsEngineError, TermError
 from abs_engine.core.foreign import own
 from abs_engine.core.geometry import FACING, Pose
@@ -79,9 +79,7 @@ class Trial:
 
     def _drawn(self, candidate: Candidates) -> NDArray[np.uint8]:
         """The average head in its texture, (H, W, 3) RGB."""
-        across, down = self.camera.size
-        whole = Window(0.0, 0.0, float(across), float(down), 1.0)
         scene = self.model.held(np.zeros(self.model.n_person))
-        drawn = self.renderer.draw(scene, candidate, self.camera, whole)[0]
+        drawn = self.renderer.draw(scene, candidate, self.camera, self.camera.whole)[0]
         rgb = np.clip(np.rint(drawn.rgb), 0, 255)
         return np.where(drawn.covered[..., None], rgb, _BEHIND).astype(np.uint8)
