@@ -83,7 +83,7 @@ def follow(
     """
     warned = False
     with Release(reader.start, delay, hand_on) as release:
-        found = track_shots(tracker.setting, reader.shots(), tracker.memory, depth=1)
+        found = track_shots(tracker.setting, reader.shots(), depth=1)
         with closed_after(found):
             for shot, result in found:
                 release.add(shot, result)

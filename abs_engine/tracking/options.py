@@ -16,7 +16,6 @@ from abs_engine.io.video import VideoInfo, read_frames
 from abs_engine.optimise.drivers import Driver
 from abs_engine.tracking.detection.landmarks import Landmarks
 from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.frame.frame_state import Memory
 from abs_engine.tracking.frame.mouth_landmarks import BOTH
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.option_kinds import check_kinds, kept
@@ -212,8 +211,6 @@ class ClipTracker:
         else empty.
     facts : dict
         What else `run.json` says of how it was prepared, JSON values.
-    memory : Memory
-        What is known before the first frame.
     """
 
     video: Path
@@ -222,11 +219,10 @@ class ClipTracker:
     scale: Scale
     remarks: str = ""
     facts: dict[str, Any] = field(default_factory=dict)
-    memory: Memory = field(default_factory=Memory)
 
     def results(self, journal: FrameJournal | None = None) -> Iterator[tuple[Image, FrameResult]]:
         """Each frame with what was found in it; those of a journal were found before."""
-        return track(self.setting, read_frames(self.video), self.memory, journal)
+        return track(self.setting, read_frames(self.video), journal=journal)
 
 
 Tell = Callable[[str], None]

@@ -209,7 +209,7 @@ def _recorded(
 ) -> tuple[Record, dict[str, Any]]:
     """Track all frames but those that are kept, and write them; see `write_run`."""
     made.empty()
-    choices = fingerprint((tracker.setting, tracker.memory))
+    choices = fingerprint(tracker.setting)
     with FrameJournal(made.partial / FRAMES, choices) as journal:
         if journal.resumed:
             say(f"resuming: {counted(journal.resumed, 'frame')} already tracked")

@@ -16,7 +16,7 @@ from abs_engine.learn.articulatory import Build, build
 from abs_engine.learn.measured.face import MeasuredFace, field, measured_face, smoothness
 from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.studio.corpus import PAPER_VISEMES, speak_corpus
-from abs_engine.tracking.models.measured_looks import WrittenFace
+from abs_engine.tracking.models.measured_looks import write_face
 from abs_engine.tracking.models.talking_faces import _own_head
 
 VISEMES = PAPER_VISEMES[:1] + PAPER_VISEMES[2:40:2]
@@ -149,7 +149,7 @@ def test_a_smooth_field_is_found_and_noise_is_not():
 
 def test_the_file_holds_the_head_that_a_clip_is_searched_for(spoken, face, tmp_path):
     path = tmp_path / "me.face"
-    said = WrittenFace(face, None).write(path)
+    said = write_face(path, face, None)
     assert said[-1] == f"wrote {path}, no appearance but colours"
     stored = load_talking(path)
     own = _own_head(stored, spoken.speaker)

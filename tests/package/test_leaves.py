@@ -35,6 +35,7 @@ from abs_engine.studio.corpus import speak_corpus
 from abs_engine.tracking import loop
 from abs_engine.tracking.frame.clip_setting import UNLIKE
 from abs_engine.tracking.frame.external_poses import GivenMotion
+from abs_engine.tracking.frame.frame_state import Memory
 from abs_engine.tracking.options import Leaves, TrackOptions
 from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.results.run_mesh import load_mesh
@@ -266,8 +267,8 @@ def test_terms_add_up(prepared):
     leaves = Leaves.of(TrackOptions(terms=("colour", "texture", "local")))
     binder = replace(made.setting.binder, kinds=leaves.kinds)
     image, result = next(iter(made.results()))
-    frame = made.setting.motion.follower().step(image, made.memory)
-    work = binder.work(frame, frame.pose, made.memory)
+    frame = made.setting.motion.follower().step(image, Memory())
+    work = binder.work(frame, frame.pose, Memory())
     value = work.problem(work.problem.chosen(result.vector))
     assert set(value.terms) == {"colour", "texture", "local", "prior"}
     assert value.value == pytest.approx(sum(value.terms.values()))
@@ -278,9 +279,9 @@ def test_regions_that_evidence_needs_and_a_face_lacks_are_named(prepared):
     bare = replace(made.setting.face, regions=(None,) * len(made.setting.face.regions))
     binder = replace(made.setting.binder, face=bare)
     image, _ = next(iter(made.results()))
-    frame = made.setting.motion.follower().step(image, made.memory)
+    frame = made.setting.motion.follower().step(image, Memory())
     with pytest.raises(ParameterError, match="no region that shows skin or lips") as caught:
-        binder.work(frame, frame.pose, made.memory)
+        binder.work(frame, frame.pose, Memory())
     assert "give it regions of skin and lips" in caught.value.remedy
 
 

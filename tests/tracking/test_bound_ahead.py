@@ -100,9 +100,9 @@ def test_without_landmarks_nothing_is_bound_ahead(tracker):
 
 
 def test_frames_that_are_known_are_not_bound(tracker, tmp_path, monkeypatch):
-    mark = fingerprint((tracker.setting, tracker.memory))
+    mark = fingerprint(tracker.setting)
     with FrameJournal(tmp_path / "frames", mark) as journal:
-        first = track(tracker.setting, read_frames(tracker.video), tracker.memory, journal)
+        first = track(tracker.setting, read_frames(tracker.video), journal=journal)
         for _ in range(2):
             next(first)
         first.close()

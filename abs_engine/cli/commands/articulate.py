@@ -16,9 +16,10 @@ from abs_engine.io.files import check_free, write_new
 if TYPE_CHECKING:
     from abs_engine.capture.corpus import Corpus
     from abs_engine.face.shape.predictors import Predictor
+    from abs_engine.face.talking import TalkingFace
     from abs_engine.learn.articulatory import Build
+    from abs_engine.learn.measured.face import MeasuredFace
     from abs_engine.report.articulation.report import Heads
-    from abs_engine.tracking.models.measured_looks import WrittenFace
 
 _NOTES = """\
 Articulatory parameters by guided principal components: each one is the first component of some
@@ -195,24 +196,28 @@ def _finish(
         write_report(chosen.output, done, heads)
     lines = [*corpus_lines(done), *variance_lines(done), *error_lines(done)]
     if face is not None:
-        lines += face.write(chosen.face)
+        from abs_engine.tracking.models.measured_looks import write_face
+
+        lines += write_face(chosen.face, *face)
     lines.append(f"wrote {chosen.output}; open {chosen.output / PAGE}")
     return Done(lines, {"output": chosen.output, "lines": lines})
 
 
-def _face(chosen: Chosen, built: Build, tell: Callable[[str], None]) -> WrittenFace:
-    """The face of the corpus, with the appearance of its pictures where there are any."""
+def _face(
+    chosen: Chosen, built: Build, tell: Callable[[str], None]
+) -> tuple[MeasuredFace, TalkingFace | None]:
+    """The face of the corpus, and the same with the appearance of its pictures, if any."""
     from abs_engine.capture.viseme_pictures import read_viseme_pictures
     from abs_engine.dataset import load_camera
     from abs_engine.io.assets import load_speaker
     from abs_engine.learn.measured.face import measured_face
-    from abs_engine.tracking.models.measured_looks import WrittenFace, with_looks
+    from abs_engine.tracking.models.measured_looks import with_looks
 
     camera = None if chosen.camera is None else load_camera(chosen.camera)
     visemes = built.corpus.visemes
     table = None if chosen.pictures is None else read_viseme_pictures(chosen.pictures, visemes)
     made = measured_face(load_speaker(), built)
     if table is None:
-        return WrittenFace(made, None)
+        return made, None
     with opened(chosen.renderer) as renderer:
-        return WrittenFace(made, with_looks(made, built, table, camera, renderer, tell))
+        return made, with_looks(made, built, table, camera, renderer, tell)

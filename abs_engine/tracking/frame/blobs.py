@@ -37,7 +37,6 @@ class FaceBlob:
         Its upper edge.
     width : float, px
         Four standard deviations across.
-    area : float, px^2
     inside : (H, W) bool
         The blob with its holes filled, in the whole picture.
     """
@@ -45,7 +44,6 @@ class FaceBlob:
     centre: FloatArray
     top: float
     width: float
-    area: float
     inside: BoolArray
 
 
@@ -80,10 +78,8 @@ class LipBlob:
     Parameters
     ----------
     centre : (2,) float64, px
-    axes : (2, 2) float64
-        Unit vectors along and across the mouth, a row each; the first points to the right.
     size : (2,) float64, px
-        Extent along the axes, four standard deviations: the axes of an even ellipse.
+        Extent along and across the mouth, four standard deviations: the axes of an even ellipse.
     area : float, px^2
         Sum of the probability of lips over its pixels.
     posterior : float
@@ -92,7 +88,6 @@ class LipBlob:
     """
 
     centre: FloatArray
-    axes: FloatArray
     size: FloatArray
     area: float
     posterior: float
@@ -115,7 +110,7 @@ def find_face_blob(classes: ColourClasses, image: Image) -> FaceBlob | None:
     inside = cv2.resize(_filled(blob), image.shape[1::-1], interpolation=cv2.INTER_NEAREST)
     centre = (np.array([x.mean(), y.mean()]) + 0.5) / scale - 0.5
     top = (float(np.quantile(y, BLOB_START.top)) + 0.5) / scale - 0.5
-    return FaceBlob(centre, top, 4 * float(x.std()) / scale, blob.sum() / scale**2, inside > 0)
+    return FaceBlob(centre, top, 4 * float(x.std()) / scale, inside > 0)
 
 
 def find_lips(
@@ -263,8 +258,6 @@ def _blob(places: FloatArray, weight: FloatArray, pixel: float, posterior: float
     total = float(weight.sum())
     centre = weight @ places / total
     offset = places - centre
-    values, vectors = np.linalg.eigh((offset * weight[:, None]).T @ offset / total)
-    axes = vectors[:, ::-1].T
-    axes = axes * np.where(axes[0, 0] < 0, -1.0, 1.0)
+    values, _ = np.linalg.eigh((offset * weight[:, None]).T @ offset / total)
     size = 4 * np.sqrt(np.maximum(values[::-1], 0.0))
-    return LipBlob(centre, axes, size, total * pixel, posterior)
+    return LipBlob(centre, size, total * pixel, posterior)

@@ -51,8 +51,7 @@ class HeadMotion:
         knows it.
     colours : ColourClasses, optional
         With them a lost face is looked for by its lips, too.
-    rate : float
-        Frames per second.
+    rate : float, frames per second
     """
 
     model: MouthModel
@@ -81,7 +80,7 @@ class HeadMotion:
         pose = with_mouth_at(old, lips.centre, self.camera, mouth)
         move = lips.centre - self.camera.project(old.apply(mouth))
         pixels = reference.pixels + move.astype(np.float32)
-        guess = RigidState(pose, pixels, 0.0, 1.0)
+        guess = RigidState(pose, pixels, 1.0)
         new = follow(reference, image, self.camera, guess)
         return new if new is not None and new.seen >= REGISTRATION.least_seen else None
 

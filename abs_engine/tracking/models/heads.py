@@ -46,7 +46,7 @@ from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Te
 from abs_engine.tracking.person.expected_person import anybody
 from abs_engine.tracking.person.frame_choice import candidate_frames, frames_to_learn, to_learn_from
 from abs_engine.tracking.person.scale import known_scale, proportion, pupil_distance, pupil_scale
-from abs_engine.tracking.results.run_warnings import no_eyes, stretched
+from abs_engine.tracking.results.run_warnings import NO_EYES, stretched
 from abs_engine.tracking.start import beforehand
 from abs_engine.tracking.start.blob_start import by_blobs, mouth_model, physics_expression
 from abs_engine.tracking.start.given_head import GivenHead
@@ -208,7 +208,7 @@ def by_landmarks(
     eyes = [shows_eyes(marks, clip.info.size) for _, marks in turned]
     if not known and 2 * sum(eyes) < len(eyes):
         scale = scale.without_eyes
-        setting = replace(setting, warnings=(no_eyes(scale.uncertainty),))
+        setting = replace(setting, warnings=(NO_EYES.format(scale.uncertainty),))
     elif not known:
         wider = proportion(fitted.model.head.mean, speaker) / proportion(speaker.vertices, speaker)
         setting = replace(setting, warnings=stretched(wider))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -121,42 +121,25 @@ def by_texture(face: TalkingFace, seen: Sighting, camera: Camera, renderer: Rend
     return replace(seen, pose=placed.pose(found.x))
 
 
-@dataclass(frozen=True, eq=False)
-class WrittenFace:
-    """A face that was made of measured points, as it is written.
+def write_face(path: Path, made: MeasuredFace, looks: TalkingFace | None) -> list[str]:
+    """Write the file of a talking face, and return what is to be said of it.
 
-    Parameters
-    ----------
-    looks : TalkingFace or None
-        The same with its appearance.
+    It was made of measured points; `looks` is the same with its appearance, where that was learned.
+
+    Raises
+    ------
+    OutputError
+        If it exists or cannot be written.
+    ParameterError
+        If its name is none that can be printed.
     """
-
-    made: MeasuredFace
-    looks: TalkingFace | None
-
-    def write(self, path: Path) -> list[str]:
-        """Write the file of a talking face, and return what is to be said of it.
-
-        Raises
-        ------
-        OutputError
-            If it exists or cannot be written.
-        ParameterError
-            If its name is none that can be printed.
-        """
-        head, smooth = self.made.head, self.made.smooth
-        face = self.looks or self.made.shape
-        save_talking(path, face, path.stem, checksum(head.speaker), self.made.neutral)
-        share = (
-            f"a smooth field adds what it predicts of that at points left out, "
-            f"{smooth.explained:.0%} of its variance"
-        )
-        looks = "no appearance but colours" if self.looks is None else "with appearance"
-        return [
-            f"face: a head and its face units leave {head.misfit:.2f} mm (RMS) of the points; "
-            + share,
-            f"wrote {path}, {looks}",
-        ]
+    save_talking(path, looks or made.shape, path.stem, checksum(made.head.speaker), made.neutral)
+    return [
+        f"face: a head and its face units leave {made.head.misfit:.2f} mm (RMS) of the points; a "
+        "smooth field adds what it predicts of that at points left out, "
+        f"{made.smooth.explained:.0%} of its variance",
+        f"wrote {path}, {'no appearance but colours' if looks is None else 'with appearance'}",
+    ]
 
 
 def with_looks(

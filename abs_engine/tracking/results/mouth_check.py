@@ -80,8 +80,9 @@ class MouthCheck:
         closed = closed_frames(apertures)
         shut = int((closed & (least > DOUBTS.parted)).sum())
         if self._placed:
-            seen, looks = int((closed & np.isfinite(least)).sum()), int(closed.sum())
-            said = never_open(shut, seen, looks)
+            seen = int((closed & np.isfinite(least)).sum())
+            many = 2 * seen >= closed.sum() and _many(shut, seen)
+            said = [NEVER_OPEN.format(shut, counted(seen, "frame"))] if many else []
         else:
             elsewhere, seen = sum(self._elsewhere), len(self._elsewhere)
             said = mouth_otherwise(elsewhere, shut, seen, len(apertures))
@@ -117,17 +118,6 @@ def mouth_otherwise(elsewhere: int, shut: int, seen: int, looked_at: int) -> lis
     if _many(shut, seen):
         told.append(ELSEWHERE.format(shut, frames, "closed, and seen open"))
     return told
-
-
-def never_open(shut: int, seen: int, looked_at: int) -> list[str]:
-    """Warning that learned lips are drawn closed where the mouth is seen open, if they are.
-
-    The counts are of frames, all with lips drawn closed: in which they are seen open, in which a
-    face is seen, and of all that were looked at.
-    """
-    if 2 * seen < looked_at or not _many(shut, seen):
-        return []
-    return [NEVER_OPEN.format(shut, counted(seen, "frame"))]
 
 
 def hardly_moves(apertures: FloatArray, openness: FloatArray) -> list[str]:

@@ -109,11 +109,6 @@ def other_head(misfit: float) -> tuple[str, ...]:
     return (OTHER_HEAD.format(misfit, most),) if misfit > most else ()
 
 
-def no_eyes(uncertainty: float) -> str:
-    """Warning that the scale was found without the eyes, and its standard deviation, a share."""
-    return NO_EYES.format(uncertainty)
-
-
 def stretched(wider: float) -> tuple[str, ...]:
     """Warning that a video may have been stretched, if a face is too wide or narrow for a person's.
 
@@ -242,22 +237,9 @@ def doubts(
 ) -> list[str]:
     """Doubts that a user should know before believing a run, a line each.
 
-    Parameters
-    ----------
-    against : (T,) bool
-        Frames that landmarks contradict, see `FrameResult.contradicted`.
-    held : (T,) bool
-        Frames that were held to the landmarks.
-    separability : mapping of str to float
-        See `ColourClasses`.
-    agreement : float
-        See `ColourClasses`.
-    chromatic : bool
-        Whether the video is in colour.
-    exposure : Exposure
-        Of the face.
-    small : bool
-        Whether the mouth is so small that colours need not agree with landmarks.
+    The frames (T,) are those `against` which landmarks speak, see `FrameResult.contradicted`, and
+    those that were `held` to them; separability, agreement and chromatic are of `ColourClasses`,
+    the exposure of the face. Colours of a `small` mouth need not agree with landmarks.
     """
     lines = [] if chromatic else [TOO_DARK if exposure.dark else NO_COLOUR]
     if exposure.burnt:

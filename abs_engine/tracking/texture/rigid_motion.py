@@ -50,15 +50,12 @@ class RigidState:
     Parameters
     ----------
     pixels : (N, 2) float32
-    residual : float
-        Root mean square distance of followed points from where the pose puts them, pixels.
     seen : float
         Share of the points that were followed, 0 to 1.
     """
 
     pose: Pose
     pixels: NDArray[np.float32]
-    residual: float
     seen: float
 
 
@@ -121,9 +118,7 @@ def follow(
         return None
     projected = camera.project(pose.apply(reference.points)).astype(np.float32)
     pixels = np.where(good[:, None], there, projected)
-    return RigidState(
-        pose, pixels, float(np.sqrt(np.mean(distance[near] ** 2))), float(near.sum() / len(good))
-    )
+    return RigidState(pose, pixels, float(near.sum() / len(good)))
 
 
 def flow(
@@ -209,7 +204,7 @@ class Keyframes:
         """Go on with one more reference of the same head."""
         self.references = [*self.references[-REGISTRATION.most_references + 1 :], reference]
         self._current = len(self.references) - 1
-        self._state = RigidState(reference.pose, reference.pixels, 0.0, 1.0)
+        self._state = RigidState(reference.pose, reference.pixels, 1.0)
 
     @property
     def pose(self) -> Pose | None:
@@ -246,7 +241,7 @@ class Keyframes:
         if self._state is None or index == self._current:
             return self._state
         points = self._camera.project(self._state.pose.apply(self.references[index].points))
-        return RigidState(self._state.pose, points.astype(np.float32), 0.0, 1.0)
+        return RigidState(self._state.pose, points.astype(np.float32), 1.0)
 
     def _extend(self, image: Image, state: RigidState) -> None:
         """Take this frame as a reference, too, if the head faces where none does."""

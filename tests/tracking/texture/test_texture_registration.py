@@ -114,7 +114,7 @@ def test_a_followed_head_is_settled_and_another_picture_leaves_it_where_it_was()
 
 def test_followed_poses_are_settled_frame_by_frame(monkeypatch):
     start = Pose(TRUE.rotation, TRUE.translation + np.array([1.5, -1.0, 8.0]))
-    state = RigidState(start, np.zeros((0, 2), np.float32), 0.0, 1.0)
+    state = RigidState(start, np.zeros((0, 2), np.float32), 1.0)
     monkeypatch.setattr(Keyframes, "step", lambda _self, _image: state)
     model = head_of("kofi")
     ((_, pose),) = followed(HeadMotion(model, CAMERA, CpuRenderer()), [glossy("kofi")])
