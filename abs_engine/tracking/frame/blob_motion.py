@@ -26,8 +26,7 @@ class LipFollower:
 
     Parameters
     ----------
-    rate : float
-        Frames per second.
+    rate : float, frames per second
     """
 
     def __init__(self, classes: ColourClasses, rate: float) -> None:
@@ -95,8 +94,7 @@ class BlobMotion:
 
     Parameters
     ----------
-    rate : float
-        Frames per second.
+    rate : float, frames per second
     pivot : (3,) float64, mm, head frame
         The mouth's middle.
     first : Motion

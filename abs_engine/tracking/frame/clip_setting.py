@@ -177,14 +177,7 @@ class ClipSetting:
 
     Parameters
     ----------
-    rate : float
-        Frames per second.
-    motion : Motion
-        Where the head is.
-    binder : Binder
-        What is minimised.
-    driver : Minimiser
-        What minimises it.
+    rate : float, frames per second
     visibility : Visibility, optional
         Without it no mouth counts as covered.
     times : tuple of float
@@ -205,8 +198,6 @@ class ClipSetting:
         What a user should know before believing the run, whatever its frames show.
     hint : str
         What may be wrong if the run is doubtful, such as colours from another run; or empty.
-    clock : Clock
-        What frames cost, by part.
     """
 
     face: Face

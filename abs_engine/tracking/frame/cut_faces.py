@@ -31,8 +31,6 @@ class MouthInPicture:
 
     Parameters
     ----------
-    shape : LandmarkShape
-        Of the person.
     modes : int
         Of the posture's, those of the mouth, which come first.
     """

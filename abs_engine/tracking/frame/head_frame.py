@@ -42,12 +42,7 @@ class HeadBinder:
     ----------
     face : Face
         The model with the person held, and its appearance.
-    rate : float
-        Frames per second.
-    landmarks : MouthLandmarks
-        How landmarks are weighed, in frames that have them.
-    kinds : mapping of str to TermKind
-        The evidence.
+    rate : float, frames per second
     pose_held : bool
         Whether poses are taken as they are, and only the posture is fitted.
     steps : (P,) float64, optional

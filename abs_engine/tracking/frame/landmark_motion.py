@@ -32,8 +32,6 @@ class LandmarkMotion:
 
     Parameters
     ----------
-    shape : LandmarkShape
-        Of the person.
     known : tuple of Landmarks or None
         Those of the first frames, which were looked at before.
     light : SkinLight, optional
@@ -43,8 +41,7 @@ class LandmarkMotion:
         its pose, has the pose alone.
     grey_below : float, levels of 255
         Spread of a face's chroma below which a frame has no colour; 0 where none is asked.
-    rate : float
-        Frames per second.
+    rate : float, frames per second
     """
 
     shape: LandmarkShape

@@ -36,10 +36,6 @@ class ShellBinder:
 
     Parameters
     ----------
-    kinds : mapping of str to TermKind
-        The evidence.
-    landmarks : MouthLandmarks
-        How landmarks are weighed, in frames that have them.
     tried : int
         How many of the starts are all gone on with where there is no frame before.
     alone : bool

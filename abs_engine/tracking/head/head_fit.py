@@ -41,12 +41,8 @@ class FittedHead:
     speaker : Speaker
         All of it as large as the person: its units, too.
     neutral : (V, 3) float32, mm
-    expression : LinearShape
-        How this head's mouth moves.
     identity : (K,) float64
         Standard deviations from the average person, along `head_modes`.
-    textured : TexturedHead
-        The head with what the frames show of it.
     """
 
     speaker: Speaker
@@ -65,8 +61,6 @@ class AverageHead:
     ----------
     speaker : Speaker
         As large as `scale` says.
-    expression : LinearShape
-        How its mouth moves.
     people : (K, V, 3) float32
         See `head_modes`.
     shape : LandmarkShape

@@ -64,8 +64,6 @@ class HeadProblem:
 
     Parameters
     ----------
-    shape : LandmarkShape
-        With identity modes, those of the body at the landmarks.
     pupils : tuple of two (N,) int
         Vertices about the right and the left pupil.
     apart : float, mm

@@ -46,14 +46,9 @@ class FaceBinder:
 
     Parameters
     ----------
-    rate : float
-        Frames per second.
-    kinds : mapping of str to TermKind
-        The evidence.
+    rate : float, frames per second
     priors : tuple of Prior
         What is likely of postures beforehand, over (6 + P).
-    pose_held : bool
-        Whether poses are taken as they are, and only the posture is fitted.
     """
 
     face: Face
@@ -94,8 +89,6 @@ class Talker:
     ----------
     base : ClipTracker
         Of the speaker's head.
-    shape : FaceShape
-        The speaker's.
     talking : TalkingFace or None
         The same with its appearance, where that was learned.
     """

@@ -101,8 +101,6 @@ class MouthView:
 
     Parameters
     ----------
-    window : Window
-        Of the frame.
     turns : int
         Quarter turns, against the clock, after which it is upright.
     """

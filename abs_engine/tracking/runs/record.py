@@ -105,8 +105,6 @@ class Record:
         `renderer`, `engine_version`, `format`, `version`.
     points : (T, 20, 3) float64, mm, head frame
         The usual lip points.
-    mesh : RunMesh
-        The whole head in every frame.
     summary : dict
         Counts of frames, means of those tracked, and warnings; see `run_summary.summary`.
     made : dict

@@ -91,10 +91,6 @@ class SpeakerFace:
         Checksum of the head that it is made of; see `learn.training.checksum`.
     neutral : (V, 3) float32, mm
         The person at rest.
-    expression : LinearShape
-        How this person's mouth moves.
-    posture : ParamSpec
-        Names and bounds of its parameters.
     steps : (P,) float64
         How far each moves in 40 ms, standard deviations.
     seen : (K, P) float64
@@ -103,8 +99,6 @@ class SpeakerFace:
         By how much the landmark network sees this person's points off.
     deviation : (468, 3) float64, mm
         How far it errs beside that.
-    noise : LandmarkNoise
-        Of the network on this person.
     views : tuple of HeadView
         Frames that show the head's texture.
     shift : (6,) float64

@@ -55,8 +55,6 @@ class Learned:
 
     Parameters
     ----------
-    space : PostureSpace
-        Its postures.
     frames : int
         That postures were learned from.
     explained : tuple of float

@@ -55,8 +55,6 @@ class FittedPerson:
         That of the network on anybody.
     light : SkinLight
         In which the colours were learned.
-    look : MouthLook or None
-        Of the mouth.
     posture : ParamSpec or None
         Names and bounds of the model's expression; by default those of anybody's modes.
     steps : (P,) float64 or None
