@@ -16,7 +16,6 @@ from abs_engine.tracking.detection.face_detection import Face
 from abs_engine.tracking.settings.detection import DETECTION
 
 MOUTH = 3  # of the points that tell the pose: eyes, tip of the nose, mouth
-_SEEN_AT = np.array(DETECTION.seen_at)
 _MARK_DEVIATION = np.array(DETECTION.mark_deviation)
 _TURN_DEVIATION = np.array(DETECTION.turn_deviation)
 
@@ -74,7 +73,7 @@ def face_marks(model: MouthModel) -> FloatArray:
     right, left = np.split(at[marks["eye_corners"]], 2)
     nose = at[marks["nose_tip"]].mean(axis=0)
     lips = at[marks["inner_lip_8"][[2, 6]]].mean(axis=0)
-    seen = np.stack([right.mean(axis=0), left.mean(axis=0), nose, lips]) + _SEEN_AT
+    seen = np.stack([right.mean(axis=0), left.mean(axis=0), nose, lips]) + DETECTION.seen_at
     if not model.known:
         seen[:2, 0] *= DETECTION.eyes_apart / np.ptp(seen[:2, 0])
     return np.asarray(seen)

@@ -39,8 +39,6 @@ from abs_engine.tracking.landmark.landmark_shape import LandmarkShape
 from abs_engine.tracking.person.identity_fit import Calibration, person_problem
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
-SHIFT_DEVIATION = np.array(LANDMARK_EVIDENCE.shift_deviation)
-
 
 @dataclass(frozen=True, eq=False)
 class PlacedHead:
@@ -239,7 +237,7 @@ def _round(
     """Colours, then postures, then one mouth and one correction of the poses; postures again."""
     model = head.model
     depth = float(np.median([f.pose.translation[2] for f in placed]))
-    deviation = SHIFT_DEVIATION * np.r_[np.ones(5), depth]
+    deviation = LANDMARK_EVIDENCE.shift_deviation * np.r_[np.ones(5), depth]
     vectors = np.stack([f.start(model.n_expression) for f in placed])
     stand = head.mouths(placed, person)
     classes = known or stand.learned(vectors, blur, chromatic)

@@ -22,8 +22,14 @@ from abs_engine.core.scene import Candidates, Renderer
 from abs_engine.core.settings import GENERAL
 from abs_engine.tracking.landmark.head_equations import Equations
 from abs_engine.tracking.settings.outline import OUTLINE
-from abs_engine.tracking.texture.head_texture import HeadBody, HeadView, between, picture_motion
-from abs_engine.tracking.texture.head_window import pixels_a_mm, window_about
+from abs_engine.tracking.texture.head_texture import (
+    HeadBody,
+    HeadView,
+    between,
+    picture_motion,
+    pixels_a_mm,
+    window_about,
+)
 
 _PLACES = np.arange(OUTLINE.beside[0], OUTLINE.ear_reach + OUTLINE.step / 2, OUTLINE.step)
 _SPREAD = np.array(OUTLINE.spread)

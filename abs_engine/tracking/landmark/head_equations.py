@@ -21,8 +21,6 @@ from abs_engine.tracking.landmark.landmark_shape import LandmarkShape, in_view
 from abs_engine.tracking.settings.head import HEAD_POSE
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
-_GAZE = np.array(HEAD_POSE.gaze)
-
 
 class Equations(NamedTuple):
     """Information (D, D) and gradient (D,) of a -log likelihood."""
@@ -141,7 +139,7 @@ def pupil_equations(
     scale = np.diag(camera.matrix)[:2] * pixel / depth
     across = (moved[..., :2] - there[:, :2] / depth * moved[..., 2:]) * scale
     slope = (across @ axes.T).reshape(-1, 4)
-    common = np.tile(np.diag(_GAZE**2), (2, 2))
+    common = np.tile(np.diag(np.square(HEAD_POSE.gaze)), (2, 2))
     precision = np.linalg.inv(
         common + (HEAD_POSE.pupil_noise**2 + (HEAD_POSE.pixel_noise * pixel) ** 2) * np.eye(4)
     )

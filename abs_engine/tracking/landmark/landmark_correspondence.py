@@ -45,7 +45,6 @@ _LAYOUT: Layout = {
     **NOISE,
 }
 _AGAIN = "make it again with assets/make_landmarks.py"
-USUAL_DEVIATION = np.array(LANDMARK_EVIDENCE.usual_deviation)
 
 
 @dataclass(frozen=True, eq=False)

@@ -80,17 +80,15 @@ class LandmarkNoise:
 
     def arrays(self) -> dict[str, NDArray[np.float16]]:
         """As they are kept in a file."""
-        return {f"noise_{k}": np.asarray(getattr(self, k), np.float16) for k in _names()}
+        return {f"noise_{k}": np.asarray(getattr(self, k), np.float16) for k in _NAMES}
 
     @classmethod
     def of_arrays(cls, data: Mapping[str, Any]) -> LandmarkNoise:
         """From a file's arrays, which are as `LAYOUT` says."""
-        return cls(**{k: data[f"noise_{k}"] for k in _names()})
+        return cls(**{k: data[f"noise_{k}"] for k in _NAMES})
 
 
-def _names() -> list[str]:
-    """Of what a noise is made of."""
-    return [one.name for one in fields(LandmarkNoise)]
+_NAMES = [one.name for one in fields(LandmarkNoise)]
 
 
 def seen_off(there: FloatArray, seen: SeenRays) -> FloatArray:

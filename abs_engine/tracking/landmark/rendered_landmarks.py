@@ -21,7 +21,6 @@ from abs_engine.io.assets import LIPS_OF_68, Speaker, load_speaker
 from abs_engine.tracking.detection.face_detection import find_face
 from abs_engine.tracking.detection.landmarks import landmarks_of
 from abs_engine.tracking.landmark.landmark_correspondence import (
-    USUAL_DEVIATION,
     Correspondence,
     Sighting,
     learn_correspondence,
@@ -148,7 +147,7 @@ def correspondence_of(speaker: Speaker, renderer: Renderer) -> Correspondence:
     found = learn_correspondence(speaker, list(sightings_of(speaker, vertices, texture, renderer)))
     usual = load_correspondence(load_speaker())
     noise = found.noise if usual is None else replace(usual.noise, bias=found.noise.bias)
-    deviation = np.maximum(found.deviation, USUAL_DEVIATION)
+    deviation = np.maximum(found.deviation, LANDMARK_EVIDENCE.usual_deviation)
     return replace(found, deviation=deviation, noise=noise)
 
 

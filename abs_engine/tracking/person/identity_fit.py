@@ -25,9 +25,7 @@ from abs_engine.optimise.newton import Newton
 from abs_engine.tracking.person.calibration_views import Stand, place_mouth
 from abs_engine.tracking.settings.preparation import PREPARATION
 
-SEEN_DEVIATION = np.array(PREPARATION.seen_deviation)
 TOLD_DEVIATION = np.array(PREPARATION.given_deviation)
-ALIGNED_DEVIATION = np.array(PREPARATION.aligned_deviation)
 POSE_DEVIATION = np.array(PREPARATION.pose_deviation)
 _POSTURE = Newton()
 
@@ -55,8 +53,8 @@ class Calibration:
 def shift_deviation(stand: Stand, seen: bool) -> FloatArray:
     """Standard deviations (6,) of the constant correction of the poses, radians and mm."""
     if stand.model.known:
-        return ALIGNED_DEVIATION
-    each = SEEN_DEVIATION if seen else TOLD_DEVIATION
+        return np.array(PREPARATION.aligned_deviation)
+    each = PREPARATION.seen_deviation if seen else PREPARATION.given_deviation
     return np.asarray(each * np.r_[np.ones(5), stand.depth])
 
 

@@ -21,9 +21,6 @@ from abs_engine.tracking.runs.poses_file import read_poses
 from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.start.person_fit import FittedPerson
 
-NumberedFrame = tuple[Image, tuple[int, Landmarks]]
-"""A picture (H, W, 3) uint8 RGB, the number of its frame, and the landmarks of the face."""
-
 
 @dataclass(frozen=True, eq=False)
 class GivenHead:
@@ -65,8 +62,12 @@ class GivenHead:
         lips = speaker.vertices[speaker.lip_ring].astype(np.float64)
         return FaceBox.around_lips(self.camera.project(self.first.apply(lips)))
 
-    def aligned(self, fitted: FittedPerson, frames: Sequence[NumberedFrame]) -> GivenMotion:
+    def aligned(
+        self, fitted: FittedPerson, frames: Sequence[tuple[Image, tuple[int, Landmarks]]]
+    ) -> GivenMotion:
         """The poses as those of the head that was fitted, by some of the frames, evenly spread.
+
+        Each is a picture (H, W, 3) uint8 RGB, its number, and the landmarks of the face.
 
         Raises
         ------

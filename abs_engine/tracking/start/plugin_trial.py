@@ -6,14 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import AbsEngineError, TermError
 from abs_engine.core.foreign import own
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.core.pose import PoseFrame, at_base
-from abs_engine.core.scene import Candidates, Renderer
+from abs_engine.core.scene import Renderer
 from abs_engine.face.head import MouthModel
 from abs_engine.face.held_head import held_head
 from abs_engine.fit.evidence import Term, check_given, valued
@@ -74,12 +73,8 @@ class Trial:
         person = np.zeros(model.n_person)
         window = mouth_window(model, pose, self.camera, person)
         place = mouth_place(model, base, self.camera, window, person, start)
-        image = self._drawn(base.candidates(start[None]))
-        return View(image, self.camera, self.renderer, base, window, start, place)
-
-    def _drawn(self, candidate: Candidates) -> NDArray[np.uint8]:
-        """The average head in its texture, (H, W, 3) RGB."""
-        scene = self.model.held(np.zeros(self.model.n_person))
-        drawn = self.renderer.draw(scene, candidate, self.camera, self.camera.whole)[0]
+        candidate = base.candidates(start[None])
+        drawn = self.renderer.draw(model.held(person), candidate, self.camera, self.camera.whole)[0]
         rgb = np.clip(np.rint(drawn.rgb), 0, 255)
-        return np.where(drawn.covered[..., None], rgb, _BEHIND).astype(np.uint8)
+        image = np.where(drawn.covered[..., None], rgb, _BEHIND).astype(np.uint8)
+        return View(image, self.camera, self.renderer, base, window, start, place)

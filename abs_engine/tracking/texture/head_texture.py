@@ -24,13 +24,13 @@ from abs_engine.core.settings import GENERAL
 from abs_engine.io.assets import Speaker
 from abs_engine.tracking.settings.head import HEAD_POSE
 from abs_engine.tracking.settings.registration import REGISTRATION
-from abs_engine.tracking.texture.head_window import pixels_a_mm, window_about
 from abs_engine.tracking.texture.interpolation import at_pixels
 from abs_engine.tracking.texture.rigid_motion import flow
 
 Gray = NDArray[np.uint8]
 
 _TINY = np.zeros((4, 4, 3), np.uint8)
+_LEAST = 8.0  # px, of a window
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,6 +223,20 @@ def match(
         *where, there[row, column], window.to_image(found), HEAD_POSE.match_noise / window.scale,
         between(*where, body.identity), between(*where, body.posture),
     )  # fmt: skip
+
+
+def pixels_a_mm(pose: Pose, camera: Camera) -> float:
+    """Size at which a camera shows a head."""
+    return float(camera.matrix[0, 0] / pose.translation[2])
+
+
+def window_about(vertices: FloatArray, pose: Pose, camera: Camera, side: int) -> Window:
+    """About vertices (N, 3), mm, head frame; its longer side is `side` drawn pixels at most."""
+    pixels = camera.project(pose.apply(vertices))
+    low, high = pixels.min(axis=0) - HEAD_POSE.margin, pixels.max(axis=0) + HEAD_POSE.margin
+    size = np.clip(high - low, _LEAST, 4.0 * max(camera.size))
+    scale = min(1.0, side / float(size.max()))
+    return Window(float(low[0]), float(low[1]), float(size[0]), float(size[1]), scale)
 
 
 def _pixels(window: Window) -> NDArray[np.float32]:

@@ -17,7 +17,6 @@ from abs_engine.face.appearance.harmonics import harmonics
 from abs_engine.tracking.settings.registration import REGISTRATION
 
 Gray = NDArray[np.float32]
-_LOBE_WIDTH = np.radians(REGISTRATION.lobe_width)
 
 
 def gray(picture: NDArray[np.generic]) -> Gray:
@@ -70,7 +69,7 @@ def _lobes(normals: FloatArray) -> FloatArray:
     near = normals @ facing.T
     near -= 1  # in place, here and below: so many numbers take longer to move than to compute
     np.minimum(near, 0.0, out=near)
-    near /= _LOBE_WIDTH**2
+    near /= np.radians(REGISTRATION.lobe_width) ** 2
     lobes = near.astype(np.float32)
     np.exp(lobes, out=lobes)
     return np.asarray(lobes, np.float64)
