@@ -30,8 +30,6 @@ from abs_engine.tracking.runs.output import Progress
 from abs_engine.tracking.runs.record import Record
 from abs_engine.tracking.runs.recorder import Recorder
 
-_INTERNAL = ("model_file",)  # follows from `model`
-
 
 @as_usual()
 def track(
@@ -121,7 +119,8 @@ def _of(record: Record, tracker: ClipTracker, chosen: TrackOptions) -> Run:
 def _options(
     given: dict[str, Any], camera: str | Path | Camera | None, terms: str | Sequence[str] | None
 ) -> TrackOptions:
-    known = [one.name for one in fields(TrackOptions) if one.name not in _INTERNAL]
+    # Its file follows from the model
+    known = [one.name for one in fields(TrackOptions) if one.name != "model_file"]
     named = [name for name in signature(track).parameters if name not in ("video", "options")]
     for name in given:
         if name not in known:

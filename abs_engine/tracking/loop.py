@@ -33,6 +33,7 @@ from abs_engine.tracking.frame.clip_setting import (
     Work,
 )
 from abs_engine.tracking.frame.frame_state import HeadFrame, Memory, Shot
+from abs_engine.tracking.frame.mouth_landmarks import Landmarked
 from abs_engine.tracking.results.frame_journal import FrameJournal
 from abs_engine.tracking.results.run_warnings import disagreement
 from abs_engine.tracking.settings.frames import FRAME_LOOP
@@ -175,17 +176,17 @@ def _accepted(setting: ClipSetting, work: Work) -> Found | None:
     """
     marks = work.landmarks
     if marks is not None and marks.only:
-        alone = _minimised(setting, work, marks.told, alone=True)
+        alone = _minimised(setting, work, marks, alone=True)
         why = marks.why or alone.best.status
         return replace(alone, best=replace(alone.best, status=why))
     found = _searched(setting, work)
     if marks is None or not marks.decide or _off(work, found) <= FRAME_LOOP.most_off:
         return found
-    second = _minimised(setting, work, marks.told)
+    second = _minimised(setting, work, marks)
     count = found.best.n_evaluations + second.best.n_evaluations
     if _off(work, second) <= FRAME_LOOP.most_off:
         return replace(second, best=replace(second.best, n_evaluations=count))
-    third = _minimised(setting, work, marks.told, alone=True)
+    third = _minimised(setting, work, marks, alone=True)
     if _off(work, third) > FRAME_LOOP.astray:
         return None
     count += third.best.n_evaluations
@@ -205,12 +206,10 @@ def _searched(setting: ClipSetting, work: Work) -> Found:
     return whole if work.seal is None else sealed(problem, whole, work.seal)
 
 
-def _minimised(setting: ClipSetting, work: Work, start: FloatArray, alone: bool = False) -> Found:
-    """Minimise from one start (6 + P,), by the landmarks alone if told to; over all parameters."""
-    marks = work.landmarks
-    problem = marks.alone if alone and marks is not None else work.problem
-    driver = FRAME_SOLVER if alone else setting.driver
-    return _whole(problem, search(problem, problem.chosen(start)[None], driver))
+def _minimised(setting: ClipSetting, work: Work, marks: Landmarked, alone: bool = False) -> Found:
+    """Minimise from the landmarks, and by these alone if told to; over all parameters."""
+    problem, driver = (marks.alone, FRAME_SOLVER) if alone else (work.problem, setting.driver)
+    return _whole(problem, search(problem, problem.chosen(marks.told)[None], driver))
 
 
 def _whole(problem: Problem, found: Found) -> Found:

@@ -49,12 +49,8 @@ class Preset:
 
 USUAL = Preset("what is used where nothing is chosen", "head", ("colour",), "newton", LANDMARKS)
 CLOSE_UP = Preset("a camera worn before the mouth", "worn", ("opening",), "newton", LANDMARKS)
-LIPS = "shell"
-"""Model whose file is lips of learned physics."""
 HEADS = (USUAL.model, "speaker")
 """Models that colours alone move by their borders."""
-ANY_DRIVER = "simplex"
-"""What moves the parameters of any face by any evidence."""
 
 
 def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
@@ -85,7 +81,7 @@ def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
                 f"--speaker does nothing for {file}, which is a head itself", "leave out --speaker"
             )
         options = replace(options, speaker=file)
-    if file is not None and kind == LIPS and options.physics is not None:
+    if file is not None and kind == "shell" and options.physics is not None:
         raise ParameterError("two files say how the lips move", "leave out --physics, or --model")
     terms = preset.terms if options.terms is None else options.terms
     chosen = replace(
@@ -118,7 +114,7 @@ def _check_kind(options: TrackOptions, preset: Preset, kind: str) -> None:
 def _driver(preset: Preset, kind: str, terms: tuple[str, ...]) -> str:
     """The preset's driver, or one that serves any face and evidence where the usual does not."""
     if preset is USUAL and not (kind in HEADS and bends(term_kinds(terms))):
-        return ANY_DRIVER
+        return "simplex"
     return preset.driver
 
 

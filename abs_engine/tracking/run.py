@@ -186,8 +186,15 @@ def track_video(
                 prepared(took)
             if tracker.remarks:
                 say(remark_lines(tracker))
-            settings = settings_of(tracker, options) | path_of(video, folder)
-            record, told = _recorded(made, tracker, settings, took, progress, say)
+            made.empty()
+            setting, settings = tracker.setting, settings_of(tracker, options)
+            with FrameJournal(made.partial / FRAMES, fingerprint(setting)) as journal:
+                if journal.resumed:
+                    say(f"resuming: {counted(journal.resumed, 'frame')} already tracked")
+                settings |= path_of(video, folder)
+                facts = RunFacts(settings, tracker.info.frames, took, journal.resumed)
+                found = tracker.results(journal)
+                record, told = write_run(made.work, setting, found, facts, progress, made.partial)
             if options.smooth is not None:
                 smoothed = Smoothing.named(options.smooth).measures(record.arrays)
                 write_smoothed(made.work, record.arrays, smoothed)
@@ -197,25 +204,6 @@ def track_video(
     if recorded is not None:
         recorded(tracker, record)
     return told
-
-
-def _recorded(
-    made: Unfinished,
-    tracker: ClipTracker,
-    settings: dict[str, Any],
-    took: float,
-    progress: Progress | None,
-    say: Tell,
-) -> tuple[Record, dict[str, Any]]:
-    """Track all frames but those that are kept, and write them; see `write_run`."""
-    made.empty()
-    choices = fingerprint(tracker.setting)
-    with FrameJournal(made.partial / FRAMES, choices) as journal:
-        if journal.resumed:
-            say(f"resuming: {counted(journal.resumed, 'frame')} already tracked")
-        facts = RunFacts(settings, tracker.info.frames, took, journal.resumed)
-        results = tracker.results(journal)
-        return write_run(made.work, tracker.setting, results, facts, progress, made.partial)
 
 
 def remark_lines(tracker: ClipTracker) -> str:

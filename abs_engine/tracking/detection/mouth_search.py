@@ -49,14 +49,9 @@ def shift_of_faces(
 ) -> FloatArray | None:
     """Places of several frames' faces, less where the first one's was followed to.
 
-    The median of several wanders less than one. Other faces, far from where the head was followed
-    to, do not count.
-
-    Returns
-    -------
-    (6,) float64, or None
-        Constant correction of the poses, radians and mm; None where fewer than half of the frames
-        show the face.
+    It is a constant correction (6,) of the poses, radians and mm; None where fewer than half of the
+    frames show the face. The median of several wanders less than one. Other faces, far from where
+    the head was followed to, do not count.
     """
     marks, shifts = face_marks(model), []
     for frame in frames:

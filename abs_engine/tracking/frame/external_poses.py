@@ -49,12 +49,7 @@ class GivenMotion:
 
 
 class GivenFollower:
-    """Gives poses one after the other.
-
-    Parameters
-    ----------
-    given : tuple of (Pose or None)
-    """
+    """Gives poses one after the other."""
 
     def __init__(self, given: tuple[Pose | None, ...]) -> None:
         self._given, self._count = given, 0

@@ -64,10 +64,7 @@ class LipLandmarks:
     def apart(self, seen: Landmarks, pose: Pose, posture: FloatArray) -> tuple[float, float]:
         """RMS distance of lips in a pose and posture (P,) from those seen.
 
-        Returns
-        -------
-        mm, deviations : float
-            Across the line of sight; and in standard deviations of the network.
+        In mm across the line of sight, and in standard deviations of the network.
         """
         mm = self.off(seen, Candidates.one(posture, pose))[0]
         off_mm = float(np.sqrt((mm**2).sum(axis=1).mean()))

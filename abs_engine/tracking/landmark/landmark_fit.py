@@ -90,12 +90,7 @@ class FrameLandmarks:
     def evidence(self, modes: int) -> InformationPrior:
         """Evidence of landmarks alone on the pose (about `pose`) and the first `modes` of posture.
 
-        The rest of the posture is integrated out, with its prior.
-
-        Returns
-        -------
-        InformationPrior
-            Over (6 + modes). Computed once.
+        The rest of the posture is integrated out, with its prior. Computed once.
         """
         if modes not in self._evidence:
             self._evidence[modes] = self._without(modes)

@@ -118,14 +118,8 @@ class WornHead:
     def fitted(self, images: Sequence[Image], opening: Opening) -> tuple[Pose, FloatArray, Opening]:
         """Fit pose, person and postures by turns to some frames of a clip.
 
-        Returns
-        -------
-        Pose
-            Of the head, which is still in the picture.
-        (Q,) float64
-            Weights of the person modes.
-        Opening
-            The mouth where it was found.
+        The pose is that of the head, which is still in the picture; with it come weights (Q,) of
+        the person modes, and the mouth where it was found.
         """
         model = self.model
         pose = self._ahead(opening.spot)

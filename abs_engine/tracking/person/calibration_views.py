@@ -114,14 +114,10 @@ class Stand:
 def place_mouth(stand: Stand, classes: ColourClasses, deviation: FloatArray) -> FloatArray:
     """Coarse search of a person's mouth's place and size about where the poses put it.
 
-    What the person's drawn mouth covers is compared with what skin would explain there:
-    nothing is gained by drawing it larger than the part of the picture that is looked at, or beside
-    it. `deviation` (6,), radians and mm, is how far the poses may be off.
-
-    Returns
-    -------
-    (6,) float64
-        Constant correction of the poses, radians and mm.
+    It gives a constant correction (6,) of the poses, radians and mm. What the person's drawn mouth
+    covers is compared with what skin would explain there: nothing is gained by drawing it larger
+    than the part of the picture that is looked at, or beside it. `deviation` (6,), radians and mm,
+    is how far the poses may be off.
     """
     model, frames, person = stand.model, stand.frames, stand.person
     camera, renderer = stand.camera, stand.renderer

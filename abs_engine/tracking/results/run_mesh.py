@@ -71,9 +71,6 @@ class RunMesh(LinearSurface):
     ----------
     mean : (V, 3) float32, mm, head frame
         The person at weight 0: for most models the average of speech, with parted lips.
-    modes : (P, V, 3) float32, mm at weight 1
-    weights : (T, P) float64
-        NaN in lost frames.
     faces : (F, 3) int32
     rest : (V, 3) float32, mm, head frame, or None
         The person without expression, with closed lips; None where the model does not say, and in

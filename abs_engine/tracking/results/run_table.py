@@ -33,16 +33,9 @@ _BLOCK = 1000  # rows that are made of columns at once
 def columns_of(arrays: Mapping[str, NDArray[Any]], points: FloatArray) -> dict[str, NDArray[Any]]:
     """The columns of ``results.csv``, (T,) each, by their names.
 
-    Parameters
-    ----------
-    arrays : mapping of str to (T, ...)
-        As ``results.npz`` has them; measures that an older run lacks are left out.
-    points : (T, 20, 3) float64, mm, head frame
-
-    Returns
-    -------
-    dict
-        `closed`, `contradicted` and `less_explained` are masked where the lips were not found.
+    Those of `OF_LIPS` are masked where the lips were not found. The arrays, (T, ...) each, are as
+    ``results.npz`` has them; measures that an older run lacks are left out. Points are (T, 20, 3)
+    float64, mm, head frame.
     """
     names = [
         *(f"head_{name}" for name in POSE_NAMES),
@@ -59,13 +52,7 @@ def columns_of(arrays: Mapping[str, NDArray[Any]], points: FloatArray) -> dict[s
 
 
 def table_of(arrays: Mapping[str, NDArray[Any]], points: FloatArray) -> Iterator[list[Any]]:
-    """The table of all frames, its heading first, booleans as 0 and 1; see `columns_of`.
-
-    Yields
-    ------
-    list
-        A row.
-    """
+    """Rows of the table of all frames, its heading first, booleans as 0 and 1; see `columns_of`."""
     columns = columns_of(arrays, points)
     yield list(columns)
     plain = [v.astype(np.int8) if v.dtype == np.bool_ else v for v in columns.values()]
@@ -82,15 +69,10 @@ def closure_table(found: Iterable[Closure]) -> list[list[Any]]:
 
 
 def written(table: Iterable[Sequence[Any]]) -> Iterator[list[Any]]:
-    """A table, its heading first, as it is written: numbers short enough to read.
+    """Rows of a table, its heading first, as they are written: numbers short enough to read.
 
     Times have the same decimals however long the clip is; cells are empty where numbers are NaN or
     None.
-
-    Yields
-    ------
-    list
-        A row.
     """
     rows = iter(table)
     names = list(next(rows))

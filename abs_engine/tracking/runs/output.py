@@ -61,13 +61,8 @@ def write_run(
     """Track to the end and write everything into an existing folder.
 
     Results are as `track` yields them. `progress` is called after every frame. The frames' numbers
-    are in the folder `kept`, by default the same one, until they are written.
-
-    Returns
-    -------
-    Record
-    dict
-        What ``run.json`` holds, and `timing`, what ``timing.json`` holds.
+    are in the folder `kept`, by default the same one, until they are written. With the record what
+    ``run.json`` holds is returned, and `timing`, what ``timing.json`` holds.
 
     Raises
     ------

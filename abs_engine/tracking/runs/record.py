@@ -130,15 +130,7 @@ class Record:
     def write(self, folder: Path, facts: dict[str, Any]) -> dict[str, Any]:
         """Write tables, arrays and mesh into an existing folder.
 
-        Parameters
-        ----------
-        facts : dict
-            What else ``run.json`` says, JSON values.
-
-        Returns
-        -------
-        dict
-            What ``run.json`` holds.
+        What ``run.json`` holds is returned; the facts, JSON values, are what else it says.
         """
         np.savez_compressed(folder / RESULTS, **self.arrays)
         self.mesh.save(folder)
