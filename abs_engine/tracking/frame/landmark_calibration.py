@@ -13,7 +13,6 @@ from functools import cached_property, partial
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray, Image
-from abs_engine.core.blocks import IDENTITY, POSE
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.pose import PoseFrame, no_correction, parted
@@ -36,7 +35,7 @@ from abs_engine.tracking.head.head_pose import TexturedHead, placed_fit
 from abs_engine.tracking.landmark.landmark_correspondence import Correspondence
 from abs_engine.tracking.landmark.landmark_fit import FrameLandmarks, fit_frame
 from abs_engine.tracking.landmark.landmark_shape import LandmarkShape
-from abs_engine.tracking.person.identity_fit import Calibration, person_problem
+from abs_engine.tracking.person.identity_fit import Calibration, fit_shared
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 
@@ -250,11 +249,8 @@ def _round(
     both = zip(terms, seen, strict=True)
     evidence: list[dict[str, Term]] = [{COLOUR: c, "landmarks": o} for c, o in both]
     poses, threads = [f.pose for f in placed], workers(head.renderer)
-    joint = person_problem(model, poses, evidence, vectors, deviation, threads)
-    start = joint.blocks.vector({IDENTITY: person})
-    solver = Newton(limit=LANDMARK_EVIDENCE.person_limit, polished=0)
-    found = solver.minimise(joint, start, joint.spec).x
-    shift, person = (joint.blocks.part(found, name) for name in (POSE, IDENTITY))
+    solver, begun = Newton(limit=LANDMARK_EVIDENCE.person_limit, polished=0), (stand.shift, person)
+    shift, person = fit_shared(model, poses, evidence, vectors, deviation, begun, solver, threads)
     stand = replace(stand, shift=shift, person=person)
     vectors = stand.postures(terms, vectors, again=True)
     return Calibration(person, shift, classes, vectors)

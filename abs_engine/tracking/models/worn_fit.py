@@ -10,7 +10,6 @@ import numpy as np
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.core.arrays import FloatArray, Image
-from abs_engine.core.blocks import IDENTITY, POSE
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose, rotations
 from abs_engine.core.pose import PoseFrame, at_base, no_correction, parted
@@ -23,7 +22,7 @@ from abs_engine.optimise.newton import Newton
 from abs_engine.tracking.detection.initial_pose import with_mouth_at
 from abs_engine.tracking.detection.landmarks import landmarks_at
 from abs_engine.tracking.detection.mouth_search import shifted
-from abs_engine.tracking.person.identity_fit import TOLD_DEVIATION, fit_posture, person_problem
+from abs_engine.tracking.person.identity_fit import TOLD_DEVIATION, fit_posture, fit_shared
 from abs_engine.tracking.settings.worn import CLOSE_UP
 
 INNER = np.array([61, 291, 81, 178, 13, 14, 311, 402])
@@ -172,11 +171,9 @@ class WornHead:
         model = self.model
         deviation = TOLD_DEVIATION * np.r_[np.ones(5), pose.translation[2]]
         poses, each = [pose] * len(terms), [{NAME: t} for t in terms]
-        joint = person_problem(model, poses, each, vectors, deviation)
-        start = joint.blocks.vector({POSE: no_correction(), IDENTITY: person})
-        found = Newton(limit=CLOSE_UP.joint_limit).minimise(joint, start, joint.spec).x
-        shift = joint.blocks.part(found, POSE)
-        return shifted(pose, shift, model.pivot), joint.blocks.part(found, IDENTITY)
+        begun, solver = (no_correction(), person), Newton(limit=CLOSE_UP.joint_limit)
+        shift, person = fit_shared(model, poses, each, vectors, deviation, begun, solver)
+        return shifted(pose, shift, model.pivot), person
 
     def spot(self, pose: Pose, person: FloatArray, vectors: FloatArray) -> MouthSpot:
         """Place of the mouth as drawn, the median of some fits (K, 6 + P)."""

@@ -18,6 +18,7 @@ from abs_engine.face.head import MouthModel
 from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import COLOUR, best_start, contact_prior, head_problem
 from abs_engine.fit.problem import Problem
+from abs_engine.fit.search import Minimiser
 from abs_engine.fit.shared import SharedProblem, shared_blocks
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.by_nlopt import Simplex
@@ -92,11 +93,9 @@ def calibrate(
             stand = replace(stand, shift=shift)
         fits = zip(terms, stand.bases, vectors, strict=True)
         vectors = np.stack([fit_posture(model, t, b, stand.person, v).x for t, b, v in fits])
-        joint = person_problem(model, poses, [{COLOUR: t} for t in terms], vectors, deviation)
-        start = joint.blocks.vector({POSE: stand.shift, IDENTITY: stand.person})
+        each, begun = [{COLOUR: t} for t in terms], (stand.shift, stand.person)
         solver = Simplex(PREPARATION.joint_tolerance, PREPARATION.joint_limit)
-        found = solver.minimise(joint, start, joint.spec).x
-        shift, person = (joint.blocks.part(found, name) for name in (POSE, IDENTITY))
+        shift, person = fit_shared(model, poses, each, vectors, deviation, begun, solver)
         stand = replace(stand, shift=shift, person=person)
     return Calibration(stand.person, stand.shift, classes, vectors)
 
@@ -152,19 +151,21 @@ def fit_posture(
     return solver.minimise(problem, start, problem.spec)
 
 
-def person_problem(
+def fit_shared(
     model: MouthModel,
     poses: Sequence[Pose],
     terms: Sequence[Mapping[str, Term]],
     vectors: FloatArray,
     deviation: FloatArray,
+    begun: tuple[FloatArray, FloatArray],
+    solver: Minimiser,
     threads: int = 1,
-) -> SharedProblem:
-    """The person (Q,) and a correction of K frames' poses, the frames' postures held.
+) -> tuple[FloatArray, FloatArray]:
+    """A correction (6,) of K frames' poses and the person (Q,), the frames' postures held.
 
-    `terms` are the evidence of each frame, over the model's scene; `vectors` (K, 6 + P) are where
-    each stands; `deviation` (6,), radians and mm, is how far off the poses may be. So many
-    `threads` draw at once.
+    The solver begins with the two in `begun`. `terms` are the evidence of each frame, over the
+    model's scene; `vectors` (K, 6 + P) are where each stands; `deviation` (6,), radians and mm, is
+    how far off the poses may be. So many `threads` draw at once.
     """
     blocks = shared_blocks(deviation, model.person_deviation)
     own = Blocks({**pose_and(model.posture).specs, IDENTITY: blocks.specs[IDENTITY]})
@@ -174,4 +175,7 @@ def person_problem(
     ]
     held = np.hstack([vectors, np.zeros((len(vectors), model.n_person))])
     prior = GaussianPrior(np.zeros(len(blocks)), np.r_[deviation, model.person_deviation])
-    return SharedProblem(problems, held, blocks, prior, threads)
+    joint = SharedProblem(problems, held, blocks, prior, threads)
+    start = blocks.vector(dict(zip((POSE, IDENTITY), begun, strict=True)))
+    found = solver.minimise(joint, start, joint.spec).x
+    return blocks.part(found, POSE), blocks.part(found, IDENTITY)
