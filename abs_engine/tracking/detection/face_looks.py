@@ -32,7 +32,8 @@ class FaceLooks:
         self._since += 1
         if self._since > DETECTION.patience:
             self.forget_others()
-        if not (look and _whole(image, found)):
+        whole = ((found.pixels >= 0) & (found.pixels < image.shape[1::-1])).all()
+        if not (look and whole):
             return
         near = _near(image, found)
         if len(near) < len(self._rivals):  # one that is missing may be hidden, or hide
@@ -54,12 +55,6 @@ class FaceLooks:
         return (
             self._own is not None and _unlike(_look(image, found), self._own) < DETECTION.same_look
         )
-
-
-def _whole(image: Image, found: Landmarks) -> bool:
-    """Whether a face lies within the picture."""
-    inside = (found.pixels >= 0) & (found.pixels < image.shape[1::-1])
-    return bool(inside.all())
 
 
 def _near(image: Image, found: Landmarks) -> list[Face]:

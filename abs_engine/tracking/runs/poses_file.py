@@ -66,17 +66,10 @@ class GivenPoses:
     average_head: bool = False
 
     def check(self, frames: int, camera: Camera, mouth: FloatArray, *, held: bool = False) -> None:
-        """Refuse poses of other frames, of another camera or head, in other axes or units.
+        """Refuse poses of other frames than the video's, camera or head, in other axes or units.
 
-        Parameters
-        ----------
-        frames : int
-            Of the video.
-        camera : Camera
-            Which the tracker uses.
-        mouth : (3,) float64, mm, head frame
-        held : bool
-            Whether they will be taken as they are, for a known head.
+        The mouth is (3,) float64, mm, head frame. If `held`, they will be taken as they are, for a
+        known head.
 
         Raises
         ------
