@@ -138,7 +138,7 @@ def landmarks_of(image: Image, face: Face, both: bool = True) -> Landmarks | Non
     With `both` the network looks at the mirrored face, too.
     """
     right, left = (face.points[MARKS.index(name)] for name in ("right_eye", "left_eye"))
-    first = _looked_at(image, face.centre, face.size, right, left, both=False)
+    first = _looked_at(image, face.centre, face.size, _axes(right, left), both=False)
     return None if first is None else landmarks_again(image, first, both)
 
 
@@ -147,17 +147,14 @@ def landmarks_at(image: Image, centre: FloatArray, size: float) -> Landmarks | N
 
     None where place or size are no numbers, or the size is at most `DETECTION.least_face`.
     """
-    level = np.array([1.0, 0.0])
-    right, left = centre - level, centre + level
-    return _looked_at(image, centre, size, right, left, both=True, least=0.0)
+    return _looked_at(image, centre, size, tuple(np.eye(2)), both=True, least=0.0)
 
 
 def landmarks_again(image: Image, last: Landmarks, both: bool = True) -> Landmarks | None:
     """The points of a face that was at `last`, in the frame before or by a first look."""
-    right, left = (last.pixels[pair].mean(axis=0) for pair in EYES)
     along, down = last.axes
     ends = [0.5 * (v.min() + v.max()) for v in (last.pixels @ along, last.pixels @ down)]
-    return _looked_at(image, ends[0] * along + ends[1] * down, last.size, right, left, both)
+    return _looked_at(image, ends[0] * along + ends[1] * down, last.size, last.axes, both)
 
 
 def _axes(right: FloatArray, left: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -170,20 +167,18 @@ def _looked_at(
     image: Image,
     centre: FloatArray,
     size: float,
-    right: FloatArray,
-    left: FloatArray,
+    axes: tuple[FloatArray, ...],
     both: bool,
     least: float = DETECTION.present,
 ) -> Landmarks | None:
-    """The network's upright square about a face; black lies around the picture.
+    """The network's square, upright along a face's axes, about it; black lies around the picture.
 
     In `both` the square and its mirror image it errs in different ways: the mean errs less.
     """
-    along, across = _axes(right, left)
     if not (np.isfinite(centre).all() and size > DETECTION.least_face):
         return None
     step = _AROUND * size / SIDE  # image pixels for one of the network's
-    matrix = np.column_stack([step * along, step * across, np.zeros(2)])
+    matrix = np.column_stack([step * np.stack(axes, axis=1), np.zeros(2)])
     matrix[:, 2] = centre - matrix[:, :2] @ np.full(2, 0.5 * (SIDE - 1))
     patch = _cut(image, matrix, step)
     (found, presence), *more = in_threads(seen_mesh, [patch, patch[:, ::-1]] if both else [patch])

@@ -143,19 +143,19 @@ class HeadMotion:
         return reference if len(reference.points) >= REGISTRATION.least_points else None
 
     def _seen(self, image: Image, box: FaceBox | None) -> Pose | None:
-        """The head by the face that is found, or about the box that somebody told."""
-        if box is not None:
-            return self._told(image, box)
-        face = find_face(image)
-        return None if face is None else pose_of_face(face, self.camera, face_marks(self.model))
+        """The head by the face that is found, or about the box that somebody told.
 
-    def _told(self, image: Image, box: FaceBox) -> Pose:
-        """The head whose mouth is in the box; its lean and distance by its face, if seen."""
-        face = box.shown(faces_about(image, box.centre, box.size))
+        Its mouth is then in the box; its lean and distance are by its face, if seen.
+        """
+        camera, pivot = self.camera, self.model.pivot
+        if box is None:
+            face = find_face(image)
+        else:
+            face = box.shown(faces_about(image, box.centre, box.size))
         if face is None:
-            return first_pose(box, self.camera, self.model.pivot)
-        pose = pose_of_face(face, self.camera, face_marks(self.model))
-        return with_mouth_at(pose, np.array(box.mouth), self.camera, self.model.pivot)
+            return None if box is None else first_pose(box, camera, pivot)
+        pose = pose_of_face(face, camera, face_marks(self.model))
+        return pose if box is None else with_mouth_at(pose, np.array(box.mouth), camera, pivot)
 
     def refined(self, image: Image, pose: Pose) -> RigidReference:
         """A reference of an image in which a known head's pose is nearly known."""

@@ -101,7 +101,11 @@ class AverageHead:
         )
         larger = scale.pupils / pupil_distance(speaker, speaker.vertices)
         sized, people = sized_head(speaker, larger, known)
-        moves = _scaled_shape(average, larger)
+        moves = replace(
+            average,
+            mean=np.asarray(average.mean * larger, average.mean.dtype),
+            modes=np.asarray(average.modes * larger, average.modes.dtype),
+        )
         upper = upper_face_modes(sized)
         body = HeadBody.of(sized, moves.mean, people, moves.modes, upper)
         if known:
@@ -160,13 +164,4 @@ def landmark_shape(
         identity,
         np.concatenate([expression.modes, upper]),
         neutral[speaker.lip_ring].astype(np.float64).mean(axis=0),
-    )
-
-
-def _scaled_shape(shape: LinearShape, factor: float) -> LinearShape:
-    """A mouth's motion on a head that is larger by a factor."""
-    return replace(
-        shape,
-        mean=np.asarray(shape.mean * factor, shape.mean.dtype),
-        modes=np.asarray(shape.modes * factor, shape.modes.dtype),
     )

@@ -158,11 +158,6 @@ class _System:
     def _identity(self) -> slice:
         return slice(0, self.problem.sizes[0])
 
-    @property
-    def _error(self) -> slice:
-        k, q, _ = self.problem.sizes
-        return slice(k, k + q)
-
     def _at(self, frame: int) -> tuple[slice, slice]:
         """Slices of a frame's pose and posture."""
         k, q, m = self.problem.sizes
@@ -190,10 +185,11 @@ class _System:
         """Equations of a frame's landmarks and pupils."""
         p, guess, pupils = self.problem, self.head.guess(frame), frames[frame].pupils
         pose, posture = self._at(frame)
+        k, q, _ = p.sizes
         by_landmarks = landmark_equations(
             p.shape, p.noise, seen[frame], guess, HEAD_POSE.joint_alike
         )
-        found: list[_Placed] = [(by_landmarks, (pose, self._identity, posture, self._error))]
+        found: list[_Placed] = [(by_landmarks, (pose, self._identity, posture, slice(k, k + q)))]
         if pupils is not None:
             own, modes = p.eyes(self.head.identity)
             axes = seen[frame].axes

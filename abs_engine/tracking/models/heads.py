@@ -242,7 +242,9 @@ def head_setting(
     `given` are the head's poses, where they are known.
     """
     model, classes, shape = fitted.model, fitted.classes, fitted.shape
-    lips = LipLandmarks.of(fitted.noisy, model.n_expression, clip.camera)
+    # As uncertain as anybody's: what a fit may lie off them
+    noisy = replace(shape, deviation=fitted.deviation)
+    lips = LipLandmarks.of(noisy, model.n_expression, clip.camera)
     marks = MouthLandmarks(model.n_expression, lips, options.evidence)
     face = fitted.face if face is None else face
     binder = HeadBinder(

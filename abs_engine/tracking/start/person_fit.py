@@ -120,11 +120,6 @@ class FittedPerson:
         each = zip(placed, vectors, strict=True)
         return with_shading(self.face, camera, ((f.image, f.pose, vector) for f, vector in each))
 
-    @property
-    def noisy(self) -> LandmarkShape:
-        """The person's landmarks, as uncertain as anybody's: what a fit may lie off them."""
-        return replace(self.shape, deviation=self.deviation)
-
 
 def fit_person(
     average: AverageHead,
