@@ -15,7 +15,7 @@ from abs_engine.tracking.loop import NOTHING
 from abs_engine.tracking.options import ClipTracker, TrackOptions
 from abs_engine.tracking.results.frame_journal import FRAMES, FrameJournal
 from abs_engine.tracking.run import settings_of
-from abs_engine.tracking.runs.output import Progress, RunFacts, write_run
+from abs_engine.tracking.runs.output import Progress, write_run
 
 RECORDING = "recording.mkv"  # in the run: can be played however the session ends
 _CODING = 18, "ultrafast"
@@ -75,8 +75,6 @@ class Keeper:
         with FrameJournal(self._folder / FRAMES, "") as journal:
             found = (result for result, _ in iter(journal.earlier, None))
             results = zip(read_frames(path), found, strict=True)
-            _, told = write_run(
-                self._folder, made.setting, results, RunFacts(settings, count), progress
-            )
+            _, told = write_run(self._folder, made.setting, results, settings, count, progress)
         (self._folder / FRAMES).unlink()
         return told

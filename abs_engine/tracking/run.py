@@ -32,7 +32,7 @@ from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.results.frame_journal import FRAMES, FrameJournal, fingerprint
 from abs_engine.tracking.results.run_warnings import GIVEN_COLOURS, OTHER_COLOURS
 from abs_engine.tracking.results.smoothing import Smoothing, write_smoothed
-from abs_engine.tracking.runs.output import Progress, RunFacts, write_run
+from abs_engine.tracking.runs.output import Progress, write_run
 from abs_engine.tracking.runs.poses_file import read_poses
 from abs_engine.tracking.runs.record import Record
 from abs_engine.tracking.settings.stages import stage_values
@@ -187,14 +187,14 @@ def track_video(
             if tracker.remarks:
                 say(remark_lines(tracker))
             made.empty()
-            setting, settings = tracker.setting, settings_of(tracker, options)
-            with FrameJournal(made.partial / FRAMES, fingerprint(setting)) as journal:
+            settings = settings_of(tracker, options) | path_of(video, folder)
+            with FrameJournal(made.partial / FRAMES, fingerprint(tracker.setting)) as journal:
                 if journal.resumed:
                     say(f"resuming: {counted(journal.resumed, 'frame')} already tracked")
-                settings |= path_of(video, folder)
-                facts = RunFacts(settings, tracker.info.frames, took, journal.resumed)
-                found = tracker.results(journal)
-                record, told = write_run(made.work, setting, found, facts, progress, made.partial)
+                record, told = write_run(
+                    made.work, tracker.setting, tracker.results(journal), settings,
+                    tracker.info.frames, progress, made.partial, took, journal.resumed,
+                )  # fmt: skip
             if options.smooth is not None:
                 smoothed = Smoothing.named(options.smooth).measures(record.arrays)
                 write_smoothed(made.work, record.arrays, smoothed)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,40 +27,23 @@ Progress = Callable[[int, int], None]
 """Called with the number of frames done and of all frames (0 where that is not known)."""
 
 
-@dataclass(frozen=True)
-class RunFacts:
-    """Facts of a run about its making, besides its results.
-
-    Parameters
-    ----------
-    settings : dict
-        JSON values.
-    frames : int
-        Number of frames that are expected, 0 where that is not known.
-    preparation : float
-        Seconds that were spent before the first frame.
-    resumed : int
-        Number of frames that were found before.
-    """
-
-    settings: dict[str, Any]
-    frames: int = 0
-    preparation: float = 0.0
-    resumed: int = 0
-
-
 def write_run(
     folder: Path,
     setting: ClipSetting,
     results: Iterable[tuple[Image, FrameResult]],
-    facts: RunFacts,
+    settings: dict[str, Any],
+    expected: int,
     progress: Progress | None = None,
     kept: Path | None = None,
+    preparation: float = 0.0,
+    resumed: int = 0,
 ) -> tuple[Record, dict[str, Any]]:
     """Track to the end and write everything into an existing folder.
 
-    Results are as `track` yields them. `progress` is called after every frame. The frames' numbers
-    are in the folder `kept`, by default the same one, until they are written. With the record what
+    Results are as `track` yields them; so many are expected, 0 where that is not known. The
+    settings, JSON values, are for ``run.json``. `progress` is called after every frame. The frames'
+    numbers are in the folder `kept`, by default the same one, until they are written. The
+    preparation took some seconds, and so many frames were found before. With the record what
     ``run.json`` holds is returned, and `timing`, what ``timing.json`` holds.
 
     Raises
@@ -71,7 +53,7 @@ def write_run(
     """
     recorder = Recorder(setting, kept or folder)
     sheet = ContactSheet(setting)
-    head = HeadKeeper(setting, facts.frames)
+    head = HeadKeeper(setting, expected)
     start, busy = time.perf_counter(), time.process_time()
     with closed_after(results), Overlay(folder / OVERLAY, setting, sheet.add) as overlay:
         for image, result in results:
@@ -79,9 +61,9 @@ def write_run(
             overlay.add(image, result)
             head.add(image, result)
             if progress is not None:
-                progress(len(recorder), max(facts.frames, len(recorder)) if facts.frames else 0)
+                progress(len(recorder), max(expected, len(recorder)) if expected else 0)
     took, busy = time.perf_counter() - start, time.process_time() - busy
-    record, stated = recorder.record(), {"settings": facts.settings}
+    record, stated = recorder.record(), {"settings": settings}
     with one_thread(), meanwhile(record.write, folder, stated) as written:
         (folder / SHEET).write_bytes(png(sheet.picture(record.arrays[LESS])))
         whole = head.picture()
@@ -93,8 +75,8 @@ def write_run(
     spent, frames = setting.clock.seconds, max(1, len(recorder))
     parts = {**spent, "other": max(busy - sum(spent.values()), 0.0)}
     timing = {
-        "resumed_frames": facts.resumed,
-        "preparation_seconds": round(facts.preparation, 3),
+        "resumed_frames": resumed,
+        "preparation_seconds": round(preparation, 3),
         "seconds_per_frame": round(took / frames, 5),
         "processor_ms_per_frame": {k: round(1e3 * s / frames, 2) for k, s in parts.items()},
     }
