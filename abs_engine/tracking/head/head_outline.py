@@ -88,7 +88,9 @@ def outline(
     corners = body.speaker.faces[drawn.facet_id[at[:, 1], at[:, 0]] - 1]
     points = between(corners, weights, view.vertices)
     seen = camera.project(view.pose.apply(points))
-    lab = _lab(image, window.scale)
+    blur = max(OUTLINE.least_blur, GENERAL.shrunk_blur / window.scale)  # as it is drawn
+    soft = cv2.GaussianBlur(image, (0, 0), blur)
+    lab = np.asarray(cv2.cvtColor(soft, cv2.COLOR_RGB2LAB), np.float32)
     profile, skin = _profiles(lab, seen, normal, scale), _skin(lab, body, view, camera)
     beside = np.median(profile[:, OUTLINE.beside[1] >= _PLACES], axis=1)
     off, found = _edges(profile, beside)
@@ -156,12 +158,6 @@ def _rim(drawn: Buffers, apart: int) -> tuple[NDArray[np.int_], FloatArray]:
     down, right = np.gradient(soft)
     normal = -np.stack([right, down], axis=-1)[at[:, 1], at[:, 0]].astype(np.float64)
     return at, normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
-
-
-def _lab(image: Image, scale: float) -> NDArray[np.float32]:
-    """Colours of a frame as coarsely as the head is drawn."""
-    soft = cv2.GaussianBlur(image, (0, 0), max(OUTLINE.least_blur, GENERAL.shrunk_blur / scale))
-    return np.asarray(cv2.cvtColor(soft, cv2.COLOR_RGB2LAB), np.float32)
 
 
 def _profiles(

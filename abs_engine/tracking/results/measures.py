@@ -59,24 +59,16 @@ class Closure:
 
 
 def of_frame(face: Face, vertices: FloatArray | None, pose: Pose | None) -> dict[str, float]:
-    """All of `OF_FRAME`.
+    """All of `OF_FRAME`, in mm, mm^2 and degrees.
 
-    Parameters
-    ----------
-    vertices : (V, 3) float64, mm, head frame, or None
-        Of its scene; None where the lips were not found.
-    pose : Pose or None
-        Head to camera.
+    Vertices are (V, 3), mm, head frame, of the face's scene; None where the lips were not found.
+    The pose is head to camera.
 
-    Returns
-    -------
-    dict of str to float
-        mm: `upper_protrusion` and `lower_protrusion`, z of the outer lips' middles; `jaw_opening`,
-        how far the lower teeth lie below their place at rest, NaN for a face without teeth. mm^2,
-        seen along z: `opening_area` between the inner contours, `lip_area` within the outer one.
-        Degrees: `head_pitch` (up is positive), `head_yaw` (to the subject's left), `head_roll` (to
-        the subject's right shoulder), 0, 0, 0 for an upright head that looks into the lens, see
-        `angles`.
+    mm: `upper_protrusion` and `lower_protrusion`, z of the outer lips' middles; `jaw_opening`, how
+    far the lower teeth lie below their place at rest, NaN for a face without teeth. mm^2, seen
+    along z: `opening_area` between the inner contours, `lip_area` within the outer one. Degrees:
+    `head_pitch` (up is positive), `head_yaw` (to the subject's left), `head_roll` (to the subject's
+    right shoulder), 0, 0, 0 for an upright head that looks into the lens, see `angles`.
     """
     turned = dict(zip(ANGLES, angles(pose), strict=True))
     if vertices is None:
@@ -153,16 +145,8 @@ def angles(pose: Pose | None) -> tuple[float, float, float]:
     y = z x x. The head is turned away from them by its yaw about y, then about its own axes by
     pitch and roll: (x y z)^T R = Ry(yaw) Rx(-pitch) Rz(roll).
 
-    Parameters
-    ----------
-    pose : Pose or None
-        Head to camera, the head not straight above or below the lens; None where it is unknown.
-
-    Returns
-    -------
-    tuple of float
-        Degrees: up, to the subject's left and to the subject's right shoulder are positive; NaN of
-        an unknown pose.
+    The pose is head to camera, the head not straight above or below the lens. Degrees: up, to the
+    subject's left and to the subject's right shoulder are positive; NaN of an unknown pose.
     """
     if pose is None:
         return (np.nan,) * 3

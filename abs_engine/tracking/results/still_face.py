@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.arrays import Image
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.results.other_faces import face_at
@@ -33,7 +33,9 @@ class StillFace:
         part = image[self._part] if self._part is not None else image[:0]
         if not part.size:
             return
-        cells = _relative(part)
+        size = (DOUBTS.still_cells,) * 2
+        cells = cv2.resize(part, size, interpolation=cv2.INTER_AREA).mean(axis=2, dtype=np.float64)
+        cells = cells / max(float(cells.mean()), 1.0)  # light that comes is no change
         self._least, self._most = np.fmin(self._least, cells), np.fmax(self._most, cells)
         self._frames += 1
 
@@ -52,10 +54,3 @@ class StillFace:
         changes = np.sort(self._most - self._least, axis=None)
         most = float(changes[-DOUBTS.still_changed :].mean())
         return [STILL] if most < DOUBTS.still_change else []
-
-
-def _relative(part: Image) -> FloatArray:
-    """Brightness of cells of a picture, by their mean, so that light that comes is no change."""
-    size = (DOUBTS.still_cells,) * 2
-    cells = cv2.resize(part, size, interpolation=cv2.INTER_AREA).mean(axis=2, dtype=np.float64)
-    return np.asarray(cells / max(float(cells.mean()), 1.0))

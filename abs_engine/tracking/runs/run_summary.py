@@ -46,7 +46,8 @@ def summary(
     near = [] if worn else close_up(_pixel(arrays), setting.camera.size)
     landmarks = _by_landmarks(arrays, face, bool(small))
     shots = _shots(arrays)
-    score = _mean_score(arrays["score"][found])
+    scores = arrays["score"][found & np.isfinite(arrays["score"])]
+    score = float(scores.mean()) if len(scores) else None  # no evidence may say
     source = score_of(arrays["term_names"].tolist(), face.name)
     little = little_explained(source or "colour", score)
     lost = mostly_lost(found, arrays["status"])
@@ -85,12 +86,6 @@ def _shots(arrays: Mapping[str, NDArray[Any]]) -> list[str]:
     gone = [k for k in begun if seen[k] and seen[:k].any() and not seen[max(k - long, 0) : k].any()]
     anew, cuts = index[gone].tolist(), index[np.setdiff1d(begun, gone)].tolist()
     return [*([cut_line(cuts)] if cuts else []), *([anew_line(anew)] if anew else [])]
-
-
-def _mean_score(scores: NDArray[np.float64]) -> float | None:
-    """Mean of the scores that there are; None without any, as where no evidence can say."""
-    told = scores[np.isfinite(scores)]
-    return float(told.mean()) if len(told) else None
 
 
 def score_of(terms: Sequence[str], model: str) -> str:
