@@ -266,6 +266,7 @@ def short(film, tmp_path, monkeypatch):
 
         def write(self, _options, told, _progress):
             facts.update(told)
+            return {"summary": {"warnings": ["the head does not match", "a cup hides the lips"]}}
 
     def two(_tracker, reader, _delay, hand_on, _tell):
         shot = next(reader.shots())
@@ -303,13 +304,21 @@ def test_what_is_to_be_known_of_the_face_is_said_before_it_is_tracked(short, cap
     assert said[at + 2].startswith("tracking started; ")
 
 
+def test_what_a_run_warns_of_is_said_at_its_end_unless_it_was_before(short, capsys):
+    short()
+    said = capsys.readouterr().err.splitlines()
+    warned = [line for line in said if line.startswith("warning: ")]
+    assert warned == ["warning: the head does not match", "warning: a cup hides the lips"]
+    assert said[-2] == warned[-1]
+
+
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EIO])
 def test_a_run_is_kept_where_stdout_takes_nothing(short, tmp_path, monkeypatch, capsys, number):
     monkeypatch.setattr("sys.stdout", Unwritable(number))
     status, facts = short()
     said = f"stdout cannot be written ({os.strerror(number)}); send it elsewhere"
     assert (status, facts["end"]) == (2, said)
-    *_, ended, wrote = capsys.readouterr().err.splitlines()
+    *_, ended, _, wrote = capsys.readouterr().err.splitlines()
     assert ended.startswith(f"{said}; of ")
     assert wrote == f"wrote {tmp_path / 'run'}"
     assert (tmp_path / "run" / "settings.toml").is_file()

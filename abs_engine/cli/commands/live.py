@@ -20,6 +20,7 @@ from abs_engine.cli.parts.drawing import opened
 from abs_engine.cli.parts.given_files import check_files, track_options
 from abs_engine.cli.parts.progress import Progress, interject, say
 from abs_engine.cli.parts.settings import SETTINGS, settings_option, settings_text
+from abs_engine.cli.parts.summary import warning_lines
 from abs_engine.core.errors import OutputError
 from abs_engine.core.registry import DRIVERS
 from abs_engine.core.words import counted
@@ -137,9 +138,11 @@ def live(chosen: Chosen) -> Done:
         say(f"{why}; of {reader.count} frames {count} were tracked, {dropped} dropped")
         if made is not None and keeper is not None and count:
             facts = {"source": feed.name, "delay": chosen.delay, "dropped": dropped, "end": why}
-            keeper.write(options, facts, Progress("writing"))
+            told = keeper.write(options, facts, Progress("writing"))
             (made.work / SETTINGS).write_text(settings, encoding="utf-8")
             made.finish()
+            for line in warning_lines(told["summary"], tracker.remarks):
+                say(line)
             say(f"wrote {output}")
     return Done((), status=2 if isinstance(reader.error, OutputError) else int(fault))
 

@@ -23,8 +23,13 @@ def summary_lines(summary: dict[str, Any], timing: dict[str, Any], said: str = "
         f"{summary['mean_evaluations']:.0f} evaluations and "
         f"{timing['seconds_per_frame']:.3f} s a frame"
     )
+    yield from warning_lines(summary, said)
+
+
+def warning_lines(summary: dict[str, Any], said: str) -> Iterator[str]:
+    """Warnings of a run that are not among the lines of `said`, which were printed before."""
     left = (line for line in summary.get("warnings", ()) if line not in said.splitlines())
-    yield from (f"warning: {line}" for line in left)
+    return (f"warning: {line}" for line in left)
 
 
 def without_tuning(run: dict[str, Any]) -> dict[str, Any]:
