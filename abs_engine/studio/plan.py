@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,7 @@ from abs_engine.io.naming import settle
 from abs_engine.io.npz import read_npz
 from abs_engine.studio.appearance.optics import Background, Sensor
 
-FORMAT, VERSION = "abs_engine.plan", 1
+FORMAT, VERSION = "abs_engine.plan", 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,50 +170,24 @@ def vectors(poses: list[Pose]) -> tuple[FloatArray, FloatArray]:
     return rotations, np.array([pose.translation for pose in poses])
 
 
-_SMALL = (
-    "name", "person", "sentence", "command", "seed", "number", "rate", "phonemes", "intervals",
-    "ambient", "roughness",
-)  # fmt: skip
-_ARRAYS = (
-    "weights", "identity_weights", "neutral", "texture", "dots", "rotations", "translations",
-    "lights",
-)  # fmt: skip
-_PROP = ("vertices", "faces", "normals", "colour", "rotations", "translations", "present")
-_VIEW = ("rotations", "translations", "gain", "blur")
-
-
 def store(plan: ClipPlan, path: Path) -> None:
-    """Write a plan as NPZ, for film processes."""
-    told = {name: getattr(plan, name) for name in _SMALL}
-    told["views"] = [_view_text(view) for view in plan.views]
-    told["props"] = [prop.code for prop in plan.props]
-    arrays: dict[str, Any] = {name: getattr(plan, name) for name in _ARRAYS}
-    for number, view in enumerate(plan.views):
-        arrays |= {f"view{number}_{name}": getattr(view, name) for name in _VIEW}
-        if view.mirror is not None:
-            arrays[f"view{number}_mirror"] = view.mirror
-    for number, prop in enumerate(plan.props):
-        arrays |= {f"prop{number}_{name}": getattr(prop, name) for name in _PROP}
-    arrays |= {"format": FORMAT, "version": VERSION, "told": json.dumps(told)}
+    """Write a plan as NPZ, for film processes: JSON, in which names stand for the arrays."""
+    arrays: dict[str, Any] = {}
+
+    def told(value: Any) -> Any:
+        if isinstance(value, np.ndarray):
+            name = f"array{len(arrays)}"
+            arrays[name] = value
+            return {"array": name}
+        if is_dataclass(value):
+            return {one.name: told(getattr(value, one.name)) for one in fields(value)}
+        return list(map(told, value)) if isinstance(value, tuple) else value
+
+    text = json.dumps(told(plan))
     made = path.with_name(f".{path.name}")
-    np.savez(made, **arrays)
+    np.savez(made, format=FORMAT, version=VERSION, told=text, **arrays)
     settle(made)
     os.replace(made, path)
-
-
-def _view_text(view: View) -> dict[str, Any]:
-    camera = view.camera
-    return {
-        "name": view.name,
-        "crf": view.crf,
-        "sensor": asdict(view.sensor),
-        "background": asdict(view.background),
-        "matrix": camera.matrix.tolist(),
-        "size": list(camera.size),
-        "distortion": camera.distortion.tolist(),
-        "near": camera.near,
-        "far": camera.far,
-    }
 
 
 def load(path: Path) -> ClipPlan:
@@ -225,34 +198,24 @@ def load(path: Path) -> ClipPlan:
     InputFileError, ModelFormatError
         If it is missing, cut or of another version.
     """
-    data: Mapping[str, Any] = read_npz(path, FORMAT, VERSION)
-    told = json.loads(str(data["told"]))
-    views = tuple(_view(text, data, number) for number, text in enumerate(told.pop("views")))
-    props = tuple(
-        Prop(code, **{name: data[f"prop{number}_{name}"] for name in _PROP})
-        for number, code in enumerate(told.pop("props"))
-    )
-    told["phonemes"] = tuple(told["phonemes"])
-    told["intervals"] = tuple((str(a), float(b), float(c)) for a, b, c in told["intervals"])
-    arrays = {name: data[name] for name in _ARRAYS}
-    return ClipPlan(**told, **arrays, views=views, props=props)
+    data = read_npz(path, FORMAT, VERSION)
+
+    def filled(table: dict[str, Any]) -> Any:
+        return data[table["array"]] if "array" in table else table
+
+    told = json.loads(str(data["told"]), object_hook=filled)
+    views = tuple(_view(**view) for view in told.pop("views"))
+    props = tuple(Prop(**prop) for prop in told.pop("props"))
+    phonemes, intervals = tuple(told.pop("phonemes")), tuple(map(tuple, told.pop("intervals")))
+    return ClipPlan(**told, phonemes=phonemes, intervals=intervals, views=views, props=props)
 
 
-def _view(text: dict[str, Any], data: Mapping[str, Any], number: int) -> View:
-    width, height = text["size"]
-    camera = Camera(
-        np.array(text["matrix"]), (width, height), np.array(text["distortion"]),
-        text["near"], text["far"],
-    )  # fmt: skip
+def _view(
+    camera: dict[str, Any], sensor: dict[str, Any], background: dict[str, Any], **more: Any
+) -> View:
     behind: dict[str, Any] = {
-        k: tuple(v) if isinstance(v, list) else v for k, v in text["background"].items()
+        k: tuple(v) if isinstance(v, list) else v for k, v in background.items()
     }
     return View(
-        name=text["name"],
-        camera=camera,
-        sensor=Sensor(**text["sensor"]),
-        background=Background(**behind),
-        crf=text["crf"],
-        mirror=data.get(f"view{number}_mirror"),
-        **{name: data[f"view{number}_{name}"] for name in _VIEW},
+        camera=Camera(**camera), sensor=Sensor(**sensor), background=Background(**behind), **more
     )
