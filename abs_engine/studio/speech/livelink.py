@@ -46,14 +46,8 @@ class Recording:
     times: FloatArray
 
 
-def read_livelink(path: Path | str, timecode_rate: float | None = None) -> Recording:
+def read_livelink(path: Path | str) -> Recording:
     """Read a Live Link Face CSV.
-
-    Parameters
-    ----------
-    timecode_rate : float, optional
-        Frames per second that the timecode (hours:minutes:seconds:frames) counts. By default the
-        smallest usual rate above the largest frame number; name it for takes under a second.
 
     Returns
     -------
@@ -73,7 +67,7 @@ def read_livelink(path: Path | str, timecode_rate: float | None = None) -> Recor
     angles = ("Yaw", "Pitch", "Roll")
     columns = [i for i, name in enumerate(header) if i > 1 and not name.endswith(angles)]
     names = tuple(header[i][0].lower() + header[i][1:] for i in columns)
-    times = _seconds(path, [row[0] for row in rows], lines, timecode_rate)
+    times = _seconds(path, [row[0] for row in rows], lines)
     values = _bridged(path, times, _numbers(path, header, rows, lines))
     places = [header.index(name) - 2 if name in header else -1 for name in _HEAD]
     head = np.stack([values[:, i] if i >= 0 else np.zeros(len(values)) for i in places], axis=1)
@@ -172,11 +166,9 @@ def _bridged(path: Path, times: FloatArray, values: FloatArray) -> FloatArray:
     return np.stack(columns, axis=1)
 
 
-def _seconds(
-    path: Path, codes: list[str], lines: list[int], timecode_rate: float | None
-) -> FloatArray:
+def _seconds(path: Path, codes: list[str], lines: list[int]) -> FloatArray:
     """Growing seconds since the first timecode, or since 0, if it is less than a second later."""
-    times = seconds(codes, path, timecode_rate, lines)
+    times = seconds(codes, path, lines=lines)
     if times[0] >= _LATE:
         times -= times[0]
     steps = np.diff(times)
