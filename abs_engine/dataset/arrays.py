@@ -12,26 +12,14 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.dataset import codec
 
 
-def write_truth(folder: Path, **arrays: Any) -> Path:
-    """Write the ``truth.npz`` of a clip; its arrays are those of the dataset card.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
-    """
-    return _write(folder / codec.TRUTH, codec.FORMAT, arrays)
+def write_truth(folder: Path, **arrays: Any) -> None:
+    """Write the ``truth.npz`` of a clip; its arrays are those of the dataset card."""
+    _write(folder / codec.TRUTH, codec.FORMAT, arrays)
 
 
-def write_points(folder: Path, **arrays: Any) -> Path:
-    """Write the ``points.npz`` of a camera; its arrays are those of the dataset card.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
-    """
-    return _write(folder / codec.POINTS, codec.POINTS_FORMAT, arrays)
+def write_points(folder: Path, **arrays: Any) -> None:
+    """Write the ``points.npz`` of a camera; its arrays are those of the dataset card."""
+    _write(folder / codec.POINTS, codec.POINTS_FORMAT, arrays)
 
 
 def write_chunk(folder: Path, first: int, offsets: NDArray[np.float16]) -> Path:
@@ -41,8 +29,6 @@ def write_chunk(folder: Path, first: int, offsets: NDArray[np.float16]) -> Path:
     ------
     ParameterError
         If they are not the frames of one chunk.
-    OSError
-        If the file cannot be written.
     """
     if first % codec.CHUNK or not 0 < len(offsets) <= codec.CHUNK:
         raise ParameterError(
@@ -51,10 +37,9 @@ def write_chunk(folder: Path, first: int, offsets: NDArray[np.float16]) -> Path:
         )
     path = folder / codec.VERTICES / codec.chunk_name(first)
     path.parent.mkdir(exist_ok=True)
-    half = np.asarray(offsets, np.float16)
-    return _write(path, codec.OFFSETS_FORMAT, {"offsets": half})
-
-
-def _write(path: Path, kind: str, arrays: dict[str, Any]) -> Path:
-    np.savez_compressed(path, format=kind, version=codec.VERSION, **arrays)
+    _write(path, codec.OFFSETS_FORMAT, {"offsets": np.asarray(offsets, np.float16)})
     return path
+
+
+def _write(path: Path, kind: str, arrays: dict[str, Any]) -> None:
+    np.savez_compressed(path, format=kind, version=codec.VERSION, **arrays)

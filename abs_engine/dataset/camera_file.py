@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -50,9 +50,9 @@ class PlacedCamera:
     """
 
     camera: Camera
-    rotations: FloatArray = field(default_factory=lambda: np.zeros((1, 3)))
-    translations: FloatArray = field(default_factory=lambda: np.zeros((1, 3)))
-    mirror: FloatArray | None = None
+    rotations: FloatArray
+    translations: FloatArray
+    mirror: FloatArray | None
 
     @property
     def at_origin(self) -> bool:

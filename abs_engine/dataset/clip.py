@@ -15,7 +15,7 @@ from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.geometry import Pose
 from abs_engine.core.kinds import checked_frame
 from abs_engine.dataset.codec import FORMAT, TRUTH, VERSION
-from abs_engine.dataset.offsets import Offsets, StoredOffsets
+from abs_engine.dataset.offsets import StoredOffsets
 from abs_engine.dataset.picture import AGAIN
 from abs_engine.io.arrays import Layout, index, plain, real, text, truth, whole
 from abs_engine.io.npz import read_npz
@@ -47,8 +47,8 @@ class Clip:
     identity_weights : (K,) float32
     neutral : (V, 3) float32, head frame
         The person at rest.
-    offsets : `Offsets`, (T, V, 3) float16, head frame
-        What was filmed is exactly neutral + offsets.
+    offsets : (T, V, 3) float16, head frame
+        Read when they are wanted, or an array. What was filmed is exactly neutral + offsets.
     faces : (F, 3) int32
     facet_class : (F,) uint8, index into `class_names`
     uv : (V, 2) float32
@@ -76,7 +76,7 @@ class Clip:
     unit_weights: FloatArray
     identity_weights: NDArray[np.float32]
     neutral: NDArray[np.float32]
-    offsets: Offsets
+    offsets: StoredOffsets | NDArray[np.float16]
     faces: NDArray[np.int32]
     facet_class: NDArray[np.uint8]
     class_names: tuple[str, ...]

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError
 
-DATASET_FORMAT, FORMAT = "abs_engine.dataset", "abs_engine.dataset"
+FORMAT = "abs_engine.dataset"
+"""Of ``dataset.json`` and of ``truth.npz``."""
 CAMERA_FORMAT, POINTS_FORMAT = "abs_engine.camera", "abs_engine.landmarks"
 OFFSETS_FORMAT = "abs_engine.offsets"
 VERSION = 2

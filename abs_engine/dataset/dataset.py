@@ -140,7 +140,7 @@ def dataset_record(
 ) -> dict[str, Any]:
     """Content of a ``dataset.json``; `more` is kept beside it, such as the commit."""
     return {
-        "format": codec.DATASET_FORMAT,
+        "format": codec.FORMAT,
         "version": codec.VERSION,
         "command": command,
         "seed": seed,
@@ -193,9 +193,9 @@ def read_record(folder: Path) -> Dataset:
     try:
         record = read_json(path)
         kind = record["format"], record["version"]
-        if kind != (codec.DATASET_FORMAT, codec.VERSION):
+        if kind != (codec.FORMAT, codec.VERSION):
             raise ModelFormatError(
-                f"{path} is {kind[0]} version {kind[1]}, wanted {codec.DATASET_FORMAT} "
+                f"{path} is {kind[0]} version {kind[1]}, wanted {codec.FORMAT} "
                 f"version {codec.VERSION}",
                 AGAIN,
             )

@@ -1,30 +1,11 @@
-"""The gap between the lips, on any mesh whose facets have classes."""
+"""The gap between the lips of any mesh."""
 
 from __future__ import annotations
-
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.geometry import edges_of
-
-
-class Classified(Protocol):
-    """A mesh with classes, such as a speaker or a clip of a dataset."""
-
-    @property
-    def faces(self) -> NDArray[np.int32]:
-        """Facets (F, 3)."""
-
-    @property
-    def facet_class(self) -> NDArray[np.integer]:
-        """Class of each facet, (F,)."""
-
-    @property
-    def class_names(self) -> tuple[str, ...]:
-        """Names of the classes."""
 
 
 def widest_gap(
@@ -44,7 +25,7 @@ def widest_gap(
     corners : (2,) int
         Corners of the mouth.
     upper, lower : (E, 2) int
-        Edges of the lips' facets.
+        Edges of the lips' facets, each once.
     """
     right, left = np.sort(vertices[corners, 0].astype(np.float64))
     reach = 0.4 * (left - right)
@@ -66,9 +47,3 @@ def _highest(columns: FloatArray, edges: NDArray[np.floating]) -> FloatArray:
     share = (columns[:, None] - start[:, 0]) / run
     y = start[:, 1] + share * (end[:, 1] - start[:, 1])
     return np.asarray(np.where((share >= 0) & (share <= 1), y, -np.inf).max(axis=1), np.float64)
-
-
-def lip_edges(mesh: Classified, label: str) -> NDArray[np.int64]:
-    """Edges (E, 2) of the facets of a class, each once."""
-    faces = mesh.faces[mesh.facet_class == mesh.class_names.index(label)]
-    return edges_of(faces)[0]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,18 +16,6 @@ from abs_engine.io.npz import read_npz
 
 Offset = NDArray[np.float16]
 _KEPT = 3
-
-
-class Offsets(Protocol):
-    """Offsets of a clip: `StoredOffsets`, or any array (T, V, 3) float16."""
-
-    def __len__(self) -> int:
-        """Return the number of frames."""
-        ...
-
-    def __getitem__(self, frame: int, /) -> Offset:
-        """Offsets (V, 3), mm, of a frame."""
-        ...
 
 
 class StoredOffsets:

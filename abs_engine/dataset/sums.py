@@ -38,16 +38,9 @@ def check_distinct(videos: Sequence[tuple[Path, Path]], remedy: str = "give it o
         known[content] = given
 
 
-def write_sums(folder: Path, known: Mapping[str, str] | None = None) -> None:
-    """Write the list of all other files of a folder but the timing and the record.
-
-    Parameters
-    ----------
-    known : mapping of str to str, optional
-        Digests that were taken already, by name relative to the folder; the rest are taken here.
-    """
-    known = {} if known is None else known
-    lines = [f"{known.get(name) or digest(folder / name)}  {name}\n" for name in file_names(folder)]
+def write_sums(folder: Path) -> None:
+    """Write the list of all other files of a folder but the timing and the record."""
+    lines = [f"{digest(folder / name)}  {name}\n" for name in file_names(folder)]
     (folder / SUMS).write_text("".join(lines), encoding="utf-8")
 
 

@@ -21,7 +21,6 @@ from abs_engine.dataset.camera_file import PlacedCamera, load_placed_camera
 from abs_engine.dataset.clip import Clip
 from abs_engine.dataset.picture import AGAIN, read_picture
 from abs_engine.io.arrays import Layout, real, truth
-from abs_engine.io.assets import LIPS_OF_68
 from abs_engine.io.npz import read_npz
 from abs_engine.io.video import read_frames
 
@@ -150,16 +149,6 @@ class Truth(Clip):
     def landmark_visible(self) -> BoolArray:
         """Mask (T, 68) of the landmarks that the camera sees."""
         return self._points["landmark_visible"]
-
-    @property
-    def lip_pixels(self) -> FloatArray:
-        """Pixels (T, 20, 2) of the landmarks of the lips, seen or not."""
-        return self.landmark_pixels[:, LIPS_OF_68]
-
-    @property
-    def lip_visible(self) -> BoolArray:
-        """Mask (T, 20) of the landmarks of the lips that the camera sees."""
-        return self.landmark_visible[:, LIPS_OF_68]
 
     @property
     def mirror_pixels(self) -> FloatArray | None:

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from abs_engine.core.errors import InputFileError, ModelFormatError
-from abs_engine.dataset.codec import DATASET, DATASET_FORMAT, VERSION
+from abs_engine.dataset.codec import DATASET, FORMAT, VERSION
 from abs_engine.dataset.dataset import read_record
 from abs_engine.evaluate.same_clip import video_sum
 from abs_engine.report.facts import run_facts
@@ -15,7 +15,7 @@ from abs_engine.report.facts import run_facts
 
 def _record(name: str, camera: str) -> str:
     clip = {"name": name, "person": "x", "sentence": "a", "frames": 2, "rate": 25.0}
-    told = {"format": DATASET_FORMAT, "version": VERSION, "command": "made", "engine": "0.1"}
+    told = {"format": FORMAT, "version": VERSION, "command": "made", "engine": "0.1"}
     return json.dumps(told | {"seed": 0, "clips": [clip | {"cameras": [camera]}], "labels": []})
 
 

@@ -7,9 +7,10 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.geometry import edges_of
 from abs_engine.dataset import Clip, Phoneme
 from abs_engine.dataset.codec import CLOSED_BELOW
-from abs_engine.dataset.lip_gap import lip_edges, widest_gap
+from abs_engine.dataset.lip_gap import widest_gap
 from abs_engine.evaluate.check.finding import Finding
 
 GAP = 0.05
@@ -53,7 +54,8 @@ def contact_findings(clip: Clip, frames: Iterable[int], name: str) -> Iterator[F
         how = f"closed is {bool(clip.closed[frame])}, gap {clip.gap[frame]:.2f} mm"
         yield Finding(name, "closed does not follow from gap", how, frame)
     if {"upper_lip", "lower_lip"} <= set(clip.class_names):
-        lips = [lip_edges(clip, label) for label in ("upper_lip", "lower_lip")]
+        kinds = [clip.class_names.index(label) for label in ("upper_lip", "lower_lip")]
+        lips = [edges_of(clip.faces[clip.facet_class == kind])[0] for kind in kinds]
         for frame in frames:
             gap = widest_gap(clip.vertices(frame), clip.landmarks["mouth_corners"], *lips)
             if not abs(gap - clip.gap[frame]) <= GAP:

@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.geometry import edges_of
 from abs_engine.dataset import lip_gap
 from abs_engine.io.assets import Speaker
 
@@ -30,4 +31,5 @@ def widest_gap(speaker: Speaker, vertices: NDArray[np.floating]) -> float:
 @lru_cache(maxsize=4)
 def _lip_edges(speaker: Speaker) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Edges (E, 2) of the facets of the upper and of the lower lip."""
-    return lip_gap.lip_edges(speaker, "upper_lip"), lip_gap.lip_edges(speaker, "lower_lip")
+    upper, lower = (speaker.faces[speaker.facets_of(n)] for n in ("upper_lip", "lower_lip"))
+    return edges_of(upper)[0], edges_of(lower)[0]
