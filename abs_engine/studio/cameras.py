@@ -166,7 +166,12 @@ def check_view(plan: ClipPlan, view: View) -> None:
         outermost = plan.neutral[ConvexHull(plan.neutral).vertices].astype(np.float64)
         for pose in poses:
             points = pose.apply(outermost)
-            mirror.check_before(points, f"the head, for camera '{view.name}',")
+            if (height := float(mirror.height(points).min())) <= 0:
+                raise ParameterError(
+                    f"the head, for camera '{view.name}', reaches {-height:.0f} mm behind the "
+                    "mirror's plane",
+                    "move the mirror or the head",
+                )
             mirrored = max(mirrored, float(mirror.reflect(points)[:, 2].max()))
     if max(farthest, mirrored) > FARTHEST:
         raise ParameterError(

@@ -21,24 +21,17 @@ def inner_shade(speaker: Speaker) -> Float32Array:
     return out
 
 
-class Normals:
-    """Vertex normals of a head, smooth across texture seams."""
-
-    def __init__(self, speaker: Speaker) -> None:
-        self._faces, self._weld = speaker.faces, speaker.weld
-        rows = speaker.weld[speaker.faces].ravel()
-        columns = np.repeat(np.arange(len(speaker.faces)), 3)
-        self._sum = sparse.csr_matrix((np.ones(len(rows), np.float32), (rows, columns)))
-
-    def __call__(self, vertices: Float32Array) -> Float32Array:
-        """Unit normals (V, 3) of vertices (V, 3)."""
-        a, b, c = (vertices[self._faces[:, k]] for k in range(3))
-        sums = self._sum @ np.cross(b - a, c - a)
-        length = np.linalg.norm(sums, axis=1, keepdims=True)
-        return np.asarray((sums / np.maximum(length, 1e-12))[self._weld], np.float32)
+def smooth_normals(speaker: Speaker, vertices: Float32Array) -> Float32Array:
+    """Unit normals (V, 3) of a head's vertices (V, 3), smooth across texture seams."""
+    a, b, c = (vertices[speaker.faces[:, k]] for k in range(3))
+    sums = _sums_of_facets(speaker) @ np.cross(b - a, c - a)
+    length = np.linalg.norm(sums, axis=1, keepdims=True)
+    return np.asarray((sums / np.maximum(length, 1e-12))[speaker.weld], np.float32)
 
 
 @lru_cache(maxsize=2)
-def smooth_normals(speaker: Speaker) -> Normals:
-    """The normals of a speaker, prepared once."""
-    return Normals(speaker)
+def _sums_of_facets(speaker: Speaker) -> sparse.csr_matrix:
+    """Matrix of sums, at each welded vertex, over the facets that meet there."""
+    rows = speaker.weld[speaker.faces].ravel()
+    columns = np.repeat(np.arange(len(speaker.faces)), 3)
+    return sparse.csr_matrix((np.ones(len(rows), np.float32), (rows, columns)))

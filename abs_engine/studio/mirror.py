@@ -119,15 +119,6 @@ class Mirror:
         """Distance (...) of points (..., 3) before the plane, mm; below zero behind it."""
         return np.asarray(points @ self.normal + self.distance, np.float64)
 
-    def check_before(self, points: NDArray[np.floating], what: str = "the head") -> None:
-        """Raise `ParameterError` unless all points (N, 3), camera frame, are before the mirror."""
-        depth = float(self.height(points).min())
-        if depth <= 0:
-            raise ParameterError(
-                f"{what} reaches {-depth:.0f} mm behind the mirror's plane",
-                "move the mirror or the head",
-            )
-
     def mask(self, camera: Camera) -> BoolArray:
         """Mask (H, W) of the pixels whose line of sight, through their centre, hits the mirror."""
         sight = lines_of_sight(camera)

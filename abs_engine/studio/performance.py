@@ -62,12 +62,12 @@ def perform(
     except ParameterError as error:
         raise ParameterError(f"{where}: {error.problem}", error.remedy) from error
     check_length(len(said.weights) * entry.repeat)
-    said = repeated(said, entry.repeat, rate)
+    said = _repeated(said, entry.repeat)
     if entry.frames is not None:
         of_sounds = entry.say is not None or entry.textgrid is not None
         still = PAUSE.label if of_sounds else ALIASES[PAUSE.label]
-        said = _cut(said, entry.frames, rate, still, where)
-    _warn_of_short(said, rate, where)
+        said = _cut(said, entry.frames, still, where)
+    _warn_of_short(said, where)
     if entry.blinks and entry.arkit is None:
         times = np.arange(len(said.weights)) / rate
         said = replace(said, weights=said.weights + expression(times, speaker.unit_names, rng))
@@ -118,9 +118,9 @@ def _warn_of_words(text: str, entry: ClipEntry) -> None:
         )  # fmt: skip
 
 
-def _cut(said: Speech, frames: int, rate: float, still: str, where: str) -> Speech:
+def _cut(said: Speech, frames: int, still: str, where: str) -> Speech:
     """The same with a number of frames; warns of speech that is lost, and the text tells of it."""
-    made = fitted(said, frames, rate, still)
+    made = _fitted(said, frames, still)
     before, after = _sounds(said), _sounds(made)
     lost = f"the last {before - after} of {before} sounds"
     if after < before:
@@ -135,10 +135,10 @@ def _sounds(said: Speech) -> int:
     return sum(label != PAUSE.label for label, _, _ in said.intervals)
 
 
-def _warn_of_short(said: Speech, rate: float, where: str) -> None:
+def _warn_of_short(said: Speech, where: str) -> None:
     """Say how many p, b and m no frame is labelled with, as they fall between two frames."""
     closures = [(a, b) for label, a, b in said.intervals if label[0] in "pbm"]
-    short = sum(bool(np.ceil(a * rate) >= np.ceil(b * rate)) for a, b in closures)
+    short = sum(bool(np.ceil(a * said.rate) >= np.ceil(b * said.rate)) for a, b in closures)
     if short:
         _log.warning(
             "%s: %d of %d p, b, m are shorter than a frame, and no frame is labelled with them",
@@ -146,11 +146,11 @@ def _warn_of_short(said: Speech, rate: float, where: str) -> None:
         )  # fmt: skip
 
 
-def repeated(said: Speech, times: int, rate: float) -> Speech:
+def _repeated(said: Speech, times: int) -> Speech:
     """The same said several times over."""
     if times == 1:
         return said
-    length = len(said.weights) / rate
+    length = len(said.weights) / said.rate
     intervals = tuple(
         (label, start + k * length, min(end, length) + k * length)
         for k in range(times)
@@ -163,19 +163,18 @@ def repeated(said: Speech, times: int, rate: float) -> Speech:
         phonemes=said.phonemes * times,
         intervals=intervals,
         head=None if said.head is None else np.tile(said.head, (times, 1)),
-        contacts=(),
     )
 
 
-def fitted(said: Speech, frames: int, rate: float, still: str) -> Speech:
+def _fitted(said: Speech, frames: int, still: str) -> Speech:
     """The same cut to a number of frames, or held at its end.
 
     What begins after the last frame of a cut is left out: none of it is filmed. What was said has
     ended before frames that are held, so they are a pause, labelled `still`.
     """
     take = np.minimum(np.arange(frames), len(said.weights) - 1)
-    length = frames / rate
-    last = (frames - 1) / rate + 1e-9 if frames < len(said.weights) else length
+    length = frames / said.rate
+    last = (frames - 1) / said.rate + 1e-9 if frames < len(said.weights) else length
     cut = [(a, b, min(c, length)) for a, b, c in said.intervals if b < last]
     phonemes, held = said.phonemes[:frames], max(frames - len(said.weights), 0)
     if cut and held:
@@ -188,5 +187,4 @@ def fitted(said: Speech, frames: int, rate: float, still: str) -> Speech:
         phonemes=phonemes + (still if cut else phonemes[-1],) * held,
         intervals=tuple(cut),
         head=None if said.head is None else said.head[take],
-        contacts=(),
     )

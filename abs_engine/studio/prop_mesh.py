@@ -81,7 +81,9 @@ def hand(skin: Colour) -> Prop:
     union of tapered rods, one for each bone.
     """
     thumb = zip(_THUMB, _THUMB[1:], _THUMB_RADII, _THUMB_RADII[1:], strict=False)
-    fingers, rest = _finger_limbs(), [*_palm_limbs(), *(_limb(*joint) for joint in thumb)]
+    fingers = _finger_limbs()
+    rest = [_limb(np.add(_WRIST, (4, 0.42 * at[1], 0)), at, 14.0, 11.5) for at, *_ in _FINGERS]
+    rest += [_limb(*joint) for joint in thumb]
     arm = [
         _limb(_WRIST, (-200, -4, 0), 23, 30),
         _limb((_SLEEVE_FROM - 20, -2, 0), (-200, -4, 0), 31, 37),
@@ -120,15 +122,6 @@ def _finger_limbs() -> list[list[_Limb]]:
             at = at + length * way
         out.append(bones)
     return out
-
-
-def _palm_limbs() -> list[_Limb]:
-    """One rod for each bone of the palm, from the wrist to a knuckle."""
-    wrist = np.array(_WRIST)
-    return [
-        _limb(np.add(wrist, (4, 0.42 * knuckle[1], 0)), knuckle, 14.0, 11.5)
-        for knuckle, *_ in _FINGERS
-    ]
 
 
 def _union(distances: list[FloatArray], blend: float) -> FloatArray:

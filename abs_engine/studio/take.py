@@ -89,7 +89,6 @@ class Take:
         self._speaker, self._plan, self._labels = speaker, plan, labels
         self._number, self._view = number, plan.views[number]
         self._camera = self._view.camera
-        self._normals = smooth_normals(speaker)
         self._skin = Skin(speaker, plan.texture) if "albedo" in labels else None
         self._behind = backdrop(self._camera, self._view.background, plan.seed)
         self._mirror = None if self._view.mirror is None else Mirror(self._view.mirror)
@@ -115,7 +114,9 @@ class Take:
         vertices = np.asarray(plan.neutral + offsets.astype(np.float32), np.float32)
         pose = plan.pose(self._view, frame)
         points = pose.apply(vertices.astype(np.float64))
-        normals = np.asarray(self._normals(vertices) @ pose.rotation.T.astype(np.float32))
+        normals = np.asarray(
+            smooth_normals(self._speaker, vertices) @ pose.rotation.T.astype(np.float32)
+        )
         direct = Geometry.of(camera, points, normals)
         if self._mirror is None:
             return Posed(offsets, direct, None)

@@ -21,7 +21,7 @@ from abs_engine.io.assets import load_speaker
 from abs_engine.io.video import probe
 from abs_engine.studio.appearance.look import Look
 from abs_engine.studio.filming import plan_of
-from abs_engine.studio.geometry import Normals
+from abs_engine.studio.geometry import smooth_normals
 from abs_engine.studio.process import Worker, worker_environment
 from abs_engine.studio.take import Take
 
@@ -231,7 +231,7 @@ def test_the_head_can_be_filmed_without_a_shirt(speaker, sequence):
 
 
 def test_smooth_normals_are_unit_and_welded(speaker):
-    normals = Normals(speaker)(speaker.named("clara"))
+    normals = smooth_normals(speaker, speaker.named("clara"))
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-5)
     first = np.unique(speaker.weld, return_index=True)[1]
     np.testing.assert_array_equal(normals, normals[first][speaker.weld])

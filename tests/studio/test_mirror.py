@@ -127,13 +127,6 @@ def test_what_is_no_mirror_is_refused(corners: np.ndarray, words: str) -> None:
         Mirror(corners)
 
 
-def test_head_behind_the_mirror_is_refused_with_its_distance() -> None:
-    mirror = Mirror(FRONTAL)
-    mirror.check_before(np.array([[0, 0, 999.0]]))
-    with pytest.raises(ParameterError, match="25 mm behind"):
-        mirror.check_before(np.array([[0, 0, 900.0], [10, 0, 1025.0]]))
-
-
 def test_a_solid_is_cut_off_at_a_plane_that_passes_through_it() -> None:
     """A box of 2 x 3 x 5 is cut at a slant: what is left has half its skin, wound as before."""
     box = trimesh.creation.box((2.0, 3.0, 5.0))

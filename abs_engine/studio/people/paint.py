@@ -46,9 +46,9 @@ def paint(speaker: Speaker, person: Person) -> NDArray[np.uint8]:
     colour = before * np.exp(_log_gain(speaker, chart, person, before))
     rng = np.random.default_rng(person.seed)
     if person.freckles:
-        colour = _add_freckles(colour, regions.freckled(speaker, chart), chart, person, rng)
+        colour = _add_freckles(colour, speaker, chart, person, rng)
     if person.stubble:
-        colour = _add_stubble(colour, regions.beard(speaker, chart), chart, person, rng)
+        colour = _add_stubble(colour, speaker, chart, person, rng)
     return chart.lay(add_dots(colour, speaker, chart, person))
 
 
@@ -110,12 +110,9 @@ def _distance(
 
 
 def _add_freckles(
-    colour: Float32Array,
-    chance: Float32Array,
-    chart: Chart,
-    person: Person,
-    rng: np.random.Generator,
+    colour: Float32Array, speaker: Speaker, chart: Chart, person: Person, rng: np.random.Generator
 ) -> Float32Array:
+    chance = regions.freckled(speaker, chart)
     share = np.zeros(len(colour), np.float32)
     for radius, strength, number in _FRECKLES:
         away = _distance(chart, chance > 0, _scatter(chance, chart, number, rng), 2.0)
@@ -124,13 +121,10 @@ def _add_freckles(
 
 
 def _add_stubble(
-    colour: Float32Array,
-    region: Float32Array,
-    chart: Chart,
-    person: Person,
-    rng: np.random.Generator,
+    colour: Float32Array, speaker: Speaker, chart: Chart, person: Person, rng: np.random.Generator
 ) -> Float32Array:
     """Darken the beard's region, with single hairs, towards the colour of stubble."""
+    region = regions.beard(speaker, chart)
     hairs = _scatter(region, chart, _HAIRS, rng)
     away = _distance(chart, region > 0.01, hairs, 1.0)
     share = person.stubble * region * (0.22 + 0.34 * regions.step(away, 0.45, 0.12))

@@ -61,7 +61,12 @@ class Person:
 
     def __post_init__(self) -> None:
         for part in ("skin", "lips", "hair"):
-            _check_colour(self.name, part, getattr(self, part))
+            colour = getattr(self, part)
+            if colour is not None and (len(colour) != 3 or not all(0 <= c <= 255 for c in colour)):
+                raise ParameterError(
+                    f"{self.name}: the colour of {part} is {colour}",
+                    "give red, green and blue, 0 to 255",
+                )
         for part in ("stubble", "freckles"):
             if not 0 <= getattr(self, part) <= 1:
                 raise ParameterError(
@@ -71,13 +76,6 @@ class Person:
             raise ParameterError(
                 f"{self.name}: {self.beads} beads", f"give 0 to {LARGEST_SET} beads, or a set"
             )
-
-
-def _check_colour(name: str, part: str, colour: Colour | None) -> None:
-    if colour is not None and (len(colour) != 3 or not all(0 <= c <= 255 for c in colour)):
-        raise ParameterError(
-            f"{name}: the colour of {part} is {colour}", "give red, green and blue, 0 to 255"
-        )
 
 
 def identity_vector(speaker: Speaker, person: Person) -> NDArray[np.float32]:

@@ -35,9 +35,6 @@ class Speech:
         Frames per second.
     head : (T, 3) float64, optional
         Rotation vectors, radians, of the head about its own axes away from facing straight on.
-    contacts : tuple of Contact
-        When the lips are held closed (p, b, m), or the lower lip at the upper teeth (f, v); none
-        where what is said was repeated or cut.
     text : str
         What is said, as the scene file has it, and whether it is cut.
     """
@@ -47,7 +44,6 @@ class Speech:
     intervals: tuple[tuple[str, float, float], ...]
     rate: float
     head: FloatArray | None = None
-    contacts: tuple[Contact, ...] = ()
     text: str = ""
 
     def __len__(self) -> int:
@@ -85,7 +81,7 @@ def articulate(
     index = np.searchsorted(ends, times, side="right")
     labels = tuple(utterance.segments[i].phoneme.label for i in index)
     intervals = tuple((s.phoneme.label, float(s.start), float(s.end)) for s in utterance.segments)
-    return Speech(weights, labels, intervals, rate, contacts=held)
+    return Speech(weights, labels, intervals, rate)
 
 
 def frame_times(seconds: float, rate: float) -> FloatArray:

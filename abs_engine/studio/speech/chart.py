@@ -79,28 +79,18 @@ _VOWELS = r"""
 _ROUNDED = {"w": 1.0, "ʍ": 1.0, "ɥ": 1.0, "ɹ": 0.35, "ɻ": 0.35}
 
 
-def _consonants() -> list[tuple[str, str, Phoneme]]:
-    """IPA symbol, X-SAMPA spelling and features of each consonant."""
-    found = []
+def _sounds() -> Iterator[tuple[str, Phoneme]]:
+    """X-SAMPA spelling of each sound, and the phoneme."""
     for (place, manner), index, ipa, sampa in _cells(_CONSONANTS, 2):
-        phoneme = Phoneme(
+        yield sampa, Phoneme(
             ipa, cast(Place, place), cast(Manner, manner), voiced=index > 0,
             rounding=_ROUNDED.get(ipa, 0.0),
         )  # fmt: skip
-        found.append((ipa, sampa, phoneme))
-    return found
-
-
-def _vowels() -> list[tuple[str, str, Phoneme]]:
-    """IPA symbol, X-SAMPA spelling and features of each vowel."""
-    found = []
     for (height,), index, ipa, sampa in _cells(_VOWELS, 1):
-        phoneme = Phoneme(
+        yield sampa, Phoneme(
             ipa, "vowel", "vowel", height=float(height), backness=index // 2 / 2,
             rounding=float(index % 2), reduced=ipa in "əᵻᵿ",
         )  # fmt: skip
-        found.append((ipa, sampa, phoneme))
-    return found
 
 
 def _cells(table: str, heads: int) -> Iterator[tuple[list[str], int, str, str]]:
@@ -112,14 +102,12 @@ def _cells(table: str, heads: int) -> Iterator[tuple[list[str], int, str, str]]:
             yield words[:heads], index, *pair
 
 
-_SOUNDS = [*_consonants(), *_vowels()]
+_SOUNDS = [(sampa, phoneme) for sampa, phoneme in _sounds() if phoneme.label != "-"]
 
-IPA: dict[str, Phoneme] = {ipa: phoneme for ipa, _, phoneme in _SOUNDS if ipa != "-"}
+IPA: dict[str, Phoneme] = {phoneme.label: phoneme for _, phoneme in _SOUNDS}
 """Phonemes by IPA symbol."""
 
-X_SAMPA: dict[str, Phoneme] = {
-    sampa: phoneme for ipa, sampa, phoneme in _SOUNDS if "-" not in (ipa, sampa)
-}
+X_SAMPA: dict[str, Phoneme] = {sampa: phoneme for sampa, phoneme in _SOUNDS if sampa != "-"}
 """Phonemes by X-SAMPA spelling."""
 
 # Carnegie Mellon's set, which forced aligners of English write; diphthongs are two symbols.
