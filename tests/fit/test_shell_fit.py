@@ -541,7 +541,7 @@ def test_a_wrong_pose_is_set_right_along_with_the_shape(driver):
 )
 def test_unknown_drivers_and_rules_are_named(driver, rule, said, known):
     with pytest.raises(ParameterError, match=said) as caught:
-        fit_frame(setting(), picture(0), FRONT, STARTS, driver, rule)
+        next(fit_frames(setting(), [picture(0)], GivenMotion((FRONT,)), STARTS, driver, rule))
     for name in known:
         assert name in caught.value.remedy
 

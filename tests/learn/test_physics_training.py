@@ -159,7 +159,7 @@ def test_a_movement_that_one_block_alone_has_is_learned():
     units = [SPEAKER.unit_names.index(u) for u in ("jawOpen", "mouthFunnel", "mouthPressLeft")]
     weights[:, units[:2]] = 0.3 + 0.3 * np.sin(time[:, None] * [0.1, 0.17])
     weights[62:78, units[2]] = 0.5 * np.sin(np.linspace(0, np.pi, 16))
-    seen = observed_motion(SPEAKER, Motion("clara", weights, 30, ""))
+    seen = observed_motion(SPEAKER, Motion("clara", weights, ""))
     physics = train(seen, SPEAKER, "clara", n_modes=3, shell=SHELL).physics
     np.testing.assert_array_equal(physics.motion_variances, physics.variances)
 
@@ -243,7 +243,7 @@ class TestWhoseHead:
         """Of somebody who is the average one, larger, tilted and elsewhere, nothing is left."""
         turn = Rotation.from_rotvec([0.1, -0.2, 0.05]).as_matrix()
         shift = np.array([3.0, -8, 5])
-        still = observed_motion(SPEAKER, Motion("clara", np.zeros((2, 52)), 30, "")).of(LIPS16)
+        still = observed_motion(SPEAKER, Motion("clara", np.zeros((2, 52)), "")).of(LIPS16)
         average = still - SPEAKER.named("clara")[None, _dots()] + SPEAKER.vertices[_dots()]
         seen = 1.2 * average @ turn.T + shift
         laid = correspond(SPEAKER, SHELL, seen)
@@ -350,7 +350,7 @@ class TestTooLittle:
             train(without, SPEAKER, "clara", shell=SHELL)
 
     def test_a_face_that_does_not_move(self):
-        still = observed_motion(SPEAKER, Motion("clara", np.zeros((150, 52)), 30, ""))
+        still = observed_motion(SPEAKER, Motion("clara", np.zeros((150, 52)), ""))
         assert not np.ptp(still.of(LIPS16), axis=0).any()
         for noise in (0.0, 0.05, 0.3):
             away = np.random.default_rng(0).normal(0, noise, still.points.shape)
@@ -396,15 +396,18 @@ class TestMotion:
         np.testing.assert_allclose(exact.of(LIPS16), head[:, _dots()], atol=1e-3)
         assert np.std(SEEN.points - exact.points) == pytest.approx(0.1, rel=0.05)
 
-    def test_the_recording_begins_where_it_is_most_varied(self, data_dir: Path):
+    def test_the_recording_begins_where_it_is_most_varied(
+        self, data_dir: Path, monkeypatch: pytest.MonkeyPatch
+    ):
         path = data_dir / RECORDING
         assert most_varied(path) == RECORDED_FROM
         motion = recorded_motion(SPEAKER, "mei", path)
         assert len(motion) == 150
         seen = observed_motion(SPEAKER, motion, noise=0.1)
         assert train(seen, SPEAKER, "mei", shell=SHELL).physics.held > 0.992
+        monkeypatch.setattr("abs_engine.papers.basu1998.motion.RECORDED_FROM", 10_000)
         with pytest.raises(ParameterError, match="not in the recording"):
-            recorded_motion(SPEAKER, "mei", path, start=4000)
+            recorded_motion(SPEAKER, "mei", path)
 
     def test_a_recording_that_is_not_there(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         monkeypatch.setenv("ABS_ENGINE_DATA", str(tmp_path))

@@ -27,7 +27,7 @@ from abs_engine.papers.basu1998.pictures import (
     probability_figure,
 )
 from abs_engine.papers.basu1998.scores import GOALS, Goal, score_lines
-from abs_engine.papers.basu1998.summary import LITERAL, WAYS
+from abs_engine.papers.basu1998.summary import WAYS
 from abs_engine.papers.basu1998.wireframe import ON_LIPS, ON_SKIN, CloseUp
 from abs_engine.papers.results import number
 from abs_engine.render.cpu import CpuRenderer
@@ -144,7 +144,7 @@ def test_a_row_for_each_fit(mouth):
 
 def test_an_error_plot_has_a_line_for_each_driver_and_gaps():
     plot = error_plot(
-        {"forces": [1.0, float("nan"), 2.0, 1.0], "a < b": [0.5] * 4}, 1.0, {0: "front", 2: "side"}
+        {"forces": [1.0, float("nan"), 2.0, 1.0], "a < b": [0.5] * 4}, {0: "front", 2: "side"}
     )
     axes = plot.axes[0]
     first, second, goal = axes.lines[:3]
@@ -159,8 +159,8 @@ def test_an_error_plot_has_a_line_for_each_driver_and_gaps():
 
 @pytest.mark.parametrize("series", [{}, {"forces": []}, {"forces": [float("nan")]}, {"f": [0.0]}])
 def test_an_error_plot_of_hardly_anything(series):
-    svg = figure_bytes(error_plot(series), "svg")
-    assert svg == figure_bytes(error_plot(series), "svg")
+    svg = figure_bytes(error_plot(series, {}), "svg")
+    assert svg == figure_bytes(error_plot(series, {}), "svg")
     comments = {str(node) for node in ET.fromstring(svg).itertext()}
     assert not any("nan" in text for text in comments)
 
@@ -261,7 +261,7 @@ def test_the_page_sets_results_beside_the_papers():
     ]
     blob = next(row for row in read.rows if row[0].startswith("from the blob"))
     assert (blob[2], blob[5], blob[-1]) == ("1.31 mm", "4.5", "92.00%")
-    assert set(DRIVERS) == {LITERAL, *(name for name, *_ in WAYS)}
+    assert set(DRIVERS) == {name for name, *_ in WAYS}
     assert "left out by --quick" in page
     assert "So &amp; so." in page
 

@@ -31,7 +31,7 @@ from abs_engine.papers.basu1998.single_frames import (
     typical_shapes,
 )
 from abs_engine.tracking.frame.blobs import find_lips
-from abs_engine.tracking.frame.external_poses import GivenMotion
+from abs_engine.tracking.frame.external_poses import GivenFollower, GivenMotion
 from abs_engine.tracking.frame.frame_state import HeadFrame, Memory
 from abs_engine.tracking.frame.head_tracking import HeadMotion
 from abs_engine.tracking.models.shells import BY_BLOB
@@ -167,37 +167,27 @@ def poses_of(view: Truth) -> tuple[Pose, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class BlobPlaces:
-    """Depth and rotation are given, the place in the picture is that of the lips' blob (5.3).
+class BlobPlaces(GivenMotion):
+    """Depth and rotation are given, the place in the picture is that of the lips' blob (5.3)."""
 
-    Parameters
-    ----------
-    given : tuple of (Pose or None)
-        Head to camera in each frame.
-    """
-
-    given: tuple[Pose | None, ...]
     classes: ColourClasses
 
     def follower(self) -> BlobPlacer:
         """Filter that finds the blobs."""
-        return BlobPlacer(self)
+        return BlobPlacer(self.given, self.classes)
 
 
-class BlobPlacer:
+class BlobPlacer(GivenFollower):
     """Finds the lips' blob in each frame by itself."""
 
-    def __init__(self, motion: BlobPlaces) -> None:
-        self._classes, self._poses = motion.classes, GivenMotion(motion.given).follower()
+    def __init__(self, given: tuple[Pose | None, ...], classes: ColourClasses) -> None:
+        super().__init__(given)
+        self._classes = classes
 
-    def step(self, image: Image, memory: Memory) -> HeadFrame:
+    def step(self, image: Image, memory: Memory | None = None) -> HeadFrame:
         """The next frame with its blob; without one, no pose."""
-        frame, blob = self._poses.step(image, memory), find_lips(self._classes, image)
+        frame, blob = super().step(image, memory), find_lips(self._classes, image)
         return frame._replace(pose=None if blob is None else frame.pose, blob=blob)
-
-    def finish(self) -> None:
-        """Say that there are no more frames."""
-        self._poses.finish()
 
 
 def placed_by_blob(

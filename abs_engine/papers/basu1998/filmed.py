@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -115,7 +115,7 @@ def _clip(
 
 
 def film(
-    amount: Amount, folder: Path, seed: int, filming: Callable[[int, int], None] | None = None
+    amount: Amount, folder: Path, seed: int, kinds: Iterable[str] = KINDS
 ) -> dict[tuple[str, str, str], Truth]:
     """Film what the experiments need, or what an interrupted run left to be filmed.
 
@@ -123,49 +123,18 @@ def film(
     ----------
     folder : Path
         Made if need be.
-    filming : callable, optional
-        Called with the number of frames done and of all.
+    kinds : iterable of str
+        Of `RATES`.
 
     Returns
     -------
     dict
         Views by person, kind of clip and camera.
     """
-    return _filmed(amount, folder, seed, KINDS, filming)
-
-
-def film_fronts(
-    people: Sequence[str], frames: int, folder: Path, seed: int
-) -> dict[tuple[str, str, str], Truth]:
-    """Film each person speaking, from the front, and the clips that colours are learned from.
-
-    Parameters
-    ----------
-    frames : int
-        Of each person's test.
-    folder : Path
-        Made if need be.
-
-    Returns
-    -------
-    dict
-        Views as of `film`.
-    """
-    return _filmed(Amount(tuple(people), frames, FULL.colours, 0), folder, seed, (FRONTS,))
-
-
-def _filmed(
-    amount: Amount,
-    folder: Path,
-    seed: int,
-    kinds: Iterable[str],
-    filming: Callable[[int, int], None] | None = None,
-) -> dict[tuple[str, str, str], Truth]:
     folder.mkdir(parents=True, exist_ok=True)
     views = {}
     for kind in kinds:
-        scene = parse_scene(scene_of(amount, seed, kind))
-        crew = Crew(filming=filming, keep=True)
+        scene, crew = parse_scene(scene_of(amount, seed, kind)), Crew(keep=True)
         if not made_before(folder / kind):
             film_scene(scene, folder / kind, command="abs-engine reproduce 000", crew=crew)
         for view in load_dataset(folder / kind):

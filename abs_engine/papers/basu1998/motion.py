@@ -31,7 +31,7 @@ AUTHORED = "authored speech"
 """Source of motion that is not recorded."""
 RECORDING = Path("livelink_rom") / "alex_rom_3.csv"
 RECORDED_FROM = 2100
-"""Frame at 30 Hz from which `recorded_motion` takes the recording: see there."""
+"""Frame at 30 Hz: of the recording known to the project, here the lips move in the most ways."""
 SENTENCES = (
     "f i: l D I s v e t",  # feel this vet
     "b { T f A: D @ S Q p s O: f U t",  # bath, father, shop, saw, foot
@@ -61,7 +61,7 @@ UNROUNDED = ("a p a", "i: b i:", "E t E", "A: m A:", "s I s", "e d e")
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Motion of a person's face, T frames.
+    """Motion of a person's face, T frames at `RATE`.
 
     Parameters
     ----------
@@ -69,15 +69,12 @@ class Motion:
         Of the speaker.
     weights : (T, 52) float64
         Face units in the speaker's order.
-    rate : float
-        Frames per second.
     source : str
         What moves it, in words.
     """
 
     person: str
     weights: FloatArray
-    rate: float
     source: str
 
     def __len__(self) -> int:
@@ -120,16 +117,8 @@ def recording_path() -> Path:
     return path
 
 
-def recorded_motion(
-    speaker: Speaker, person: str, path: Path, *, start: int = RECORDED_FROM
-) -> Motion:
-    """A person moved by `FRAMES` of a Live Link Face recording.
-
-    Parameters
-    ----------
-    start : int
-        First frame at `RATE`. The default is the stretch of the recording known to the project in
-        which the lips move in the most ways.
+def recorded_motion(speaker: Speaker, person: str, path: Path) -> Motion:
+    """A person moved by `FRAMES` of a Live Link Face recording, from `RECORDED_FROM` on.
 
     Raises
     ------
@@ -139,14 +128,14 @@ def recorded_motion(
         If it has not so many frames.
     """
     played = play_recording(read_livelink(path), speaker.unit_names, RATE).weights
-    end = start + FRAMES
-    if start < 0 or end > len(played):
+    start, end = RECORDED_FROM, RECORDED_FROM + FRAMES
+    if end > len(played):
         raise ParameterError(
             f"frames {start} to {end - 1} are not in the recording",
             f"it has {len(played)}",
         )
     what = f"recording {path.name}, frames {start} to {end - 1} at {RATE:g} Hz"
-    return Motion(person, played[start:end], RATE, what)
+    return Motion(person, played[start:end], what)
 
 
 def authored_motion(
@@ -172,7 +161,7 @@ def authored_motion(
         tuple(Segment(s.phoneme, s.start * scale, s.end * scale) for s in said.segments)
     )
     speech = articulate(speaker, speaker.named(person), slower, RATE)
-    return Motion(person, speech.weights[:frames], RATE, AUTHORED)
+    return Motion(person, speech.weights[:frames], AUTHORED)
 
 
 def recorded_or_authored(
@@ -226,7 +215,7 @@ def observed_motion(
         uncertain=np.zeros(shape, np.bool_),
         error=np.zeros(shape),
         score=np.ones(shape),
-        rate=motion.rate,
+        rate=RATE,
         rotations=np.zeros((len(points), 3)),
         translations=np.zeros((len(points), 3)),
         rigid_error=np.zeros(len(points)),

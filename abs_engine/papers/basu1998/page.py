@@ -54,7 +54,6 @@ _COLUMNS: dict[str, tuple[str, Unit | None]] = {
     "posterior": ("\N{MINUS SIGN}log posterior", None),
     "converged": ("converged within 15", "share"),
 }
-_FORMATS = {"posterior": "{:.1f}"}
 
 
 def reproduction_page(
@@ -178,9 +177,7 @@ def _integral(results: Results, key: str) -> str:
 
 def _driven(value: float | None, column: str) -> str:
     unit = _COLUMNS[column][1]
-    if value is None or unit is not None:
-        return told(value, unit or "count")
-    return _FORMATS[column].format(value)
+    return f"{value:.1f}" if unit is None and value is not None else told(value, unit or "count")
 
 
 def _recorded(results: Results) -> str:

@@ -30,9 +30,12 @@ from abs_engine.papers.basu1998.experiment import (
 from abs_engine.papers.basu1998.filmed import (
     FILMED,
     FRONT,
+    FRONTS,
+    FULL,
     YAWS,
+    Amount,
     camera_name,
-    film_fronts,
+    film,
     learn_colours,
 )
 from abs_engine.papers.basu1998.motion import recorded_motion
@@ -58,7 +61,8 @@ def recorded_training(report: Report, people: Sequence[str], recording: Path) ->
     """
     speaker, seed = report.speaker, report.seed
     report.tell("filming fronts")
-    views = film_fronts(people, report.amount.recorded, report.folder / FILMED, seed)
+    amount = Amount(tuple(people), report.amount.recorded, FULL.colours, 0)
+    views = film(amount, report.folder / FILMED, seed, (FRONTS,))
     found, source = {}, ""
     for person in people:
         report.tell(f"{person}'s lips, learned from the recording")

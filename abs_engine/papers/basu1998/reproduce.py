@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,6 @@ from abs_engine.learn.training import train
 from abs_engine.papers.basu1998.collected import BEST, Report, fit_figures
 from abs_engine.papers.basu1998.experiment import (
     OBSERVED,
-    FrameError,
     TrainedLips,
     learn_lips,
     placed_by_blob,
@@ -56,10 +55,8 @@ from abs_engine.papers.basu1998.motion import (
 from abs_engine.papers.basu1998.page import reproduction_page
 from abs_engine.papers.basu1998.real_clips import grid_agreement
 from abs_engine.papers.basu1998.recorded_training import recorded_training
-from abs_engine.papers.basu1998.single_frames import AS_PRINTED
 from abs_engine.papers.basu1998.summary import (
     FURTHER,
-    LITERAL,
     REMARKS,
     WAYS,
     Fits,
@@ -70,7 +67,7 @@ from abs_engine.papers.basu1998.viseme_information import SYLLABLES, viseme_info
 
 QUICK_SYLLABLES = 30
 """Of each person, for `viseme_information`."""
-SPARSE = {LITERAL: 5, "simplex_one_sample": 5}
+SPARSE = {"forces_as_printed": 5, "simplex_one_sample": 5}
 """Every how many frames are fitted where that takes long: one sample is not fused into drawing."""
 
 
@@ -149,11 +146,7 @@ def _fit_person(
         tell(f"fitting {person} by {name.replace('_', ' ')}")
         step = SPARSE.get(name, 1)
         found = pose_known(lips, sides, renderer, driver, rule, score, step, kept / name)
-        fits.known.extend(_named(name, found))
-    tell(f"fitting {person} by forces as printed")
-    step, own = SPARSE[LITERAL], kept / LITERAL
-    found = pose_known(lips, sides, renderer, AS_PRINTED, "sample", "sample", step, own)
-    fits.known.extend(_named(LITERAL, found))
+        fits.known.extend(replace(e, driver=name) for e in found)
     tell(f"fitting {person} from the blob, and moving")
     fits.blob.extend(placed_by_blob(lips, sides, renderer, kept / "blob"))
     turning = views["moving", FRONT]
@@ -203,10 +196,6 @@ def _learned(report: Report, person: str) -> None:
         "about what filmed sessions have. 140 frames are learned from, the next ten tested on.",
         *REMARKS,
     ]
-
-
-def _named(name: str, errors: Iterable[FrameError]) -> list[FrameError]:
-    return [replace(e, driver=name) for e in errors]
 
 
 def _further(

@@ -173,7 +173,10 @@ def fit_frames(
     ParameterError
         If there is no such driver or rule.
     """
-    _check_driver(driver)
+    if driver not in _EVERY:
+        raise ParameterError(
+            f"there is no driver '{driver}'", f"choose one of {', '.join(DRIVERS)}"
+        )
     clip = _clip(setting, motion, starts, driver, pull_rule(rule), judged)
     clock = Clock(motion.follower())
     own = kept and FrameJournal(kept, fingerprint((clip, driver, rule)), ends=True)
@@ -192,11 +195,10 @@ def fit_frame(
     pose: Pose,
     starts: FloatArray,
     driver: str = "forces",
-    rule: str = "whole",
 ) -> ShellFit:
     """Fit one frame about a pose; parameters as of `fit_frames`, everything found is believed."""
     motion = GivenMotion((pose,))
-    return next(fit_frames(setting, [picture], motion, starts, driver, rule, judged=False))
+    return next(fit_frames(setting, [picture], motion, starts, driver, judged=False))
 
 
 def _fit_of(
@@ -258,10 +260,3 @@ def colours_of(problem: Problem) -> FacetLikelihood:
     if not isinstance(term, FacetLikelihood):
         raise TypeError("the problem's colours are no facet likelihood")
     return term
-
-
-def _check_driver(driver: str) -> None:
-    if driver not in _EVERY:
-        raise ParameterError(
-            f"there is no driver '{driver}'", f"choose one of {', '.join(DRIVERS)}"
-        )

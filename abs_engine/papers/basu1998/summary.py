@@ -12,6 +12,7 @@ from abs_engine.compare.forces import Rule as Integral
 from abs_engine.papers.basu1998.collected import BEST, Report
 from abs_engine.papers.basu1998.experiment import FrameError, converged, rms_of
 from abs_engine.papers.basu1998.filmed import FRONT, YAWS, camera_name
+from abs_engine.papers.basu1998.single_frames import AS_PRINTED
 
 WAYS: tuple[tuple[str, str, str, Integral], ...] = (
     ("forces", "forces", "whole", "exact"),
@@ -20,10 +21,12 @@ WAYS: tuple[tuple[str, str, str, Integral], ...] = (
     ("gradient", "gradient", "whole", "exact"),
     ("simplex", "simplex", "whole", "exact"),
     ("simplex_one_sample", "simplex", "whole", "sample"),
+    ("forces_as_printed", AS_PRINTED, "sample", "sample"),
 )
-"""Name in the results, driver, rule of the forces, and how the posterior is integrated (5.4)."""
-LITERAL = "forces_as_printed"
-"""One fixed step from one start, the mean shape: eqs. 8, 10, 12 and 13 as they are printed."""
+"""Name in the results, driver, rule of the forces, and how the posterior is integrated (5.4).
+
+As printed is one fixed step from one start, the mean shape: eqs. 8, 10, 12 and 13.
+"""
 FURTHER = ("before_mm", "cross_validated_mm", "after_mm")
 """Lips of five seconds of dots with the variances of these, with cross-validated ones, and after
 further training."""
@@ -54,8 +57,6 @@ def fitted(report: Report, fits: Fits, filmed: int) -> None:
         name: _driven([e for e in known if e.driver == name]) | {"posterior_rule": score}
         for name, _, _, score in WAYS
     }
-    literal = [e for e in known if e.driver == LITERAL]
-    drivers[LITERAL] = _driven(literal) | {"posterior_rule": "sample"}
     best = [e for e in known if e.driver == BEST]
     people = sorted({e.person for e in best})
     yaws = {
