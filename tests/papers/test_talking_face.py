@@ -13,7 +13,7 @@ from abs_engine.fit.talking import fit, talking_problem
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn.articulated import face_shape
 from abs_engine.learn.articulatory import build
-from abs_engine.papers.odisio2004.filmed import VisemePictures, split
+from abs_engine.papers.odisio2004.filmed import VisemePictures
 from abs_engine.papers.odisio2004.goals import GOALS, goal_rows
 from abs_engine.papers.odisio2004.page import reproduction_page
 from abs_engine.papers.odisio2004.search import SOLVERS, Watched, compare_solvers
@@ -130,7 +130,7 @@ def test_variants_change_one_thing_each(speech, face):
 
 
 def test_splits_test_each_viseme_once():
-    trained, tests = split(68, 4)
+    ((trained, tests),) = splits(68, 4, 1)
     assert len(trained) == 54
     assert not set(trained) & set(tests)
     found = splits(68, 4, 5)

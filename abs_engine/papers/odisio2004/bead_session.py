@@ -24,7 +24,7 @@ from abs_engine.studio.board_mesh import printed
 from abs_engine.studio.corpus import viseme_weights
 from abs_engine.studio.dressing import prop_of
 from abs_engine.studio.filming import plan_of
-from abs_engine.studio.make import Crew, Order, Progress, make
+from abs_engine.studio.make import Crew, Order, make
 from abs_engine.studio.plan import ClipPlan, Prop, View, compose, vectors
 from abs_engine.studio.props import BOARD, mouth_of
 from abs_engine.studio.sequence import Sequence, portrait, wander
@@ -95,7 +95,7 @@ class BeadSession:
     person: str
     seed: int = 0
 
-    def film(self, folder: Path, command: str, progress: Progress | None = None) -> None:
+    def film(self, folder: Path, command: str) -> None:
         """Film it into a data set.
 
         Raises
@@ -107,7 +107,7 @@ class BeadSession:
         """
         order = Order(command, self.seed, (), keep_frames=False)
         plans = self.plans(command)
-        make(plans, len(plans), folder, self.spoken.speaker, order, Crew(filming=progress))
+        make(plans, len(plans), folder, self.spoken.speaker, order, Crew())
 
     def plans(self, command: str = "") -> list[ClipPlan]:
         """The two clips."""

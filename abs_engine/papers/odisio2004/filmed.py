@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import FloatArray, IntArray
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
@@ -141,13 +141,6 @@ def read_visemes(folder: Path, visemes: Several[str]) -> VisemePictures:
         tuple(visemes), np.stack(list(truth.pictures())), heads,
         tuple(truth.pose(t) for t in count), truth.camera,
     )  # fmt: skip
-
-
-def split(count: int, seed: int = 0, share: float = 0.8) -> tuple[IntArray, IntArray]:
-    """Indices of a random share of so many visemes, and those of the others, ascending."""
-    order = np.random.default_rng([seed, 2]).permutation(count)
-    cut = round(share * count)
-    return np.sort(order[:cut]), np.sort(order[cut:])
 
 
 def sightings(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from abs_engine.studio.corpus.subtle import subtle
 from abs_engine.studio.filming import plan_of
 from abs_engine.studio.french import Sentence
 from abs_engine.studio.people.lip_contact import widest_gap
-from abs_engine.studio.plan import ClipPlan
+from abs_engine.studio.plan import ClipPlan, Prop, View
 from abs_engine.studio.sequence import Sequence, deform, expression, portrait, wander
 from abs_engine.studio.speech import Utterance, articulate
 from abs_engine.studio.take import Take
@@ -155,23 +156,11 @@ def cut(plan: ClipPlan, frames: int | None) -> ClipPlan:
     """The first frames of a plan, or all, what belongs to them cut alike."""
     if frames is None:
         return plan
-    first = slice(frames)
-    views = tuple(
-        replace(
-            v, gain=v.gain[first], blur=v.blur[first], rotations=v.rotations[first],
-            translations=v.translations[first],
-        )
-        for v in plan.views
-    )  # fmt: skip
-    props = tuple(
-        replace(
-            p, rotations=p.rotations[first], translations=p.translations[first],
-            present=p.present[first],
-        )
-        for p in plan.props
-    )  # fmt: skip
-    return replace(
-        plan, weights=plan.weights[first], rotations=plan.rotations[first],
-        translations=plan.translations[first], phonemes=plan.phonemes[first],
-        lights=plan.lights[first], views=views, props=props,
-    )  # fmt: skip
+
+    def first(value: ClipPlan | View | Prop, *names: str) -> dict[str, Any]:
+        return {n: getattr(value, n)[:frames] for n in ("rotations", "translations", *names)}
+
+    views = tuple(replace(v, **first(v, "gain", "blur")) for v in plan.views)
+    props = tuple(replace(p, **first(p, "present")) for p in plan.props)
+    own = first(plan, "weights", "phonemes", "lights")
+    return replace(plan, **own, views=views, props=props)

@@ -30,7 +30,6 @@ from abs_engine.papers.odisio2004.filmed import (
     film_visemes,
     read_visemes,
     sightings,
-    split,
 )
 from abs_engine.studio.corpus import NOISE, PAPER_VISEMES, speak_corpus
 
@@ -188,13 +187,11 @@ def splits(count: int, seed: int, rounds: int) -> list[tuple[IntArray, IntArray]
     """Random shares of four fifths to learn from, and the rest to test on.
 
     Of five rounds each viseme is tested once: the shuffled visemes are cut into five parts; fewer
-    rounds take the first parts.
+    rounds take the first parts, a single one the end.
     """
-    if rounds == 1:
-        return [split(count, seed)]
-    parts = np.array_split(np.random.default_rng([seed, 2]).permutation(count), 5)
-    every = np.arange(count)
-    return [(np.setdiff1d(every, p), np.sort(p)) for p in parts[:rounds]]
+    order = np.random.default_rng([seed, 2]).permutation(count)
+    parts = [order[round(0.8 * count) :]] if rounds == 1 else np.array_split(order, 5)[:rounds]
+    return [(np.setdiff1d(np.arange(count), part), np.sort(part)) for part in parts]
 
 
 def summary(errors: Sequence[VisemeError]) -> dict[str, dict[str, float]]:
