@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from abs_engine.capture.corpus import Corpus
 from abs_engine.capture.exchanged import exchanged, most_often
-from abs_engine.capture.recorded import RecordedPoints
 from abs_engine.capture.settings import CAPTURE
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 
 
-def check_unit(recording: RecordedPoints, used: Sequence[int], names: Collection[str]) -> None:
-    """Raise `ParameterError` where the named points lie too far apart for a face in used frames."""
-    at = [k for k, name in enumerate(recording.names) if name in names]
-    points = recording.points[np.array(used)][:, at]
-    whole = points[np.isfinite(points).all(axis=2).any(axis=1)]
+def check_unit(points: FloatArray) -> None:
+    """Raise `ParameterError` where the points (T, K, 3) lie too far apart for a face."""
+    there = np.asarray(np.isfinite(points).all(axis=2))
+    whole = points[there.any(axis=1)]
     if not whole.size:
         return
     away = np.linalg.norm(whole - np.nanmedian(whole, axis=1, keepdims=True), axis=2)
@@ -30,20 +28,19 @@ def check_unit(recording: RecordedPoints, used: Sequence[int], names: Collection
         )
 
 
-def check_wild(recording: RecordedPoints, used: Sequence[int], names: Collection[str]) -> None:
-    """Raise `ParameterError` where a named point lies farther off in a used frame than faces move.
+def check_wild(points: FloatArray, names: Sequence[str], frames: Sequence[int]) -> None:
+    """Raise `ParameterError` where a point of (T, K, 3) lies farther off than faces move.
 
-    Frames count from 0.
+    `frames` are the numbers of these frames.
     """
-    frames = np.array(used)
-    for name, places in zip(recording.names, recording.points[frames].swapaxes(0, 1), strict=True):
+    for name, places in zip(names, points.swapaxes(0, 1), strict=True):
         there = np.flatnonzero(np.isfinite(places).all(axis=1))
-        if name not in names or not len(there):
+        if not len(there):
             continue
         seen = places[there]
         away = np.linalg.norm(seen - np.median(seen, axis=0), axis=1)
         if away.max() > CAPTURE.wild:
-            frame = recording.first + int(frames[there[away.argmax()]])
+            frame = frames[there[away.argmax()]]
             raise ParameterError(
                 f"in frame {frame}, the point '{name}' lies {away.max():.0f} mm from its usual "
                 "place",
@@ -51,20 +48,17 @@ def check_wild(recording: RecordedPoints, used: Sequence[int], names: Collection
             )
 
 
-def check_exchanged(recording: RecordedPoints, used: Sequence[int], names: Collection[str]) -> None:
-    """Raise `ParameterError` where two named points have each other's place in a used frame."""
-    frames = np.array(used)
-    seen = np.isfinite(recording.points[frames]).all(axis=2).any(axis=0)
-    at = [k for k, name in enumerate(recording.names) if name in names and seen[k]]
-    points = recording.points[frames][:, at]
+def check_exchanged(points: FloatArray, names: Sequence[str], frames: Sequence[int]) -> None:
+    """Raise `ParameterError` where two points have each other's place; as `check_wild`."""
+    at = np.flatnonzero(np.isfinite(points).all(axis=2).any(axis=0))
+    points = points[:, at]
     usual = np.broadcast_to(np.nanmedian(points, axis=0), points.shape)
     off = np.asarray(np.linalg.norm(points - usual, axis=2) > CAPTURE.moved, np.bool_)
     pairs = exchanged(points, usual, off)
     if pairs:
-        a, b, said = most_often(pairs, [recording.first + frame for frame in used])
+        a, b, said = most_often(pairs, frames)
         raise ParameterError(
-            f"the points '{recording.names[at[a]]}' and '{recording.names[at[b]]}' have each "
-            f"other's places in {said}",
+            f"the points '{names[at[a]]}' and '{names[at[b]]}' have each other's places in {said}",
             "exchange their names there",
         )
 

@@ -220,9 +220,11 @@ def _assembled(path: Path, recording: RecordedPoints, table: CorpusTable) -> Cor
     shown = np.stack([_mean(recording.points[start : end + 1]) for start, end in spans.values()])
     try:
         named = {name for group in table.groups.values() for name in group}
-        check_unit(recording, used, named)
-        check_wild(recording, used, named)
-        check_exchanged(recording, used, named)
+        at = [k for k, name in enumerate(names) if name in named]
+        face = recording.points[used][:, at], [names[k] for k in at], [first + f for f in used]
+        check_unit(face[0])
+        check_wild(*face)
+        check_exchanged(*face)
         check_size(shown)
         made = Corpus(shown, names, tuple(spans), table.groups, source=path.name)
         check_lips(made)

@@ -92,7 +92,11 @@ def rigid_motion(points: FloatArray, reference: FloatArray | None = None) -> Hea
             "there is no frame in which all rigid points were found", "correct them in one frame"
         )
     start = points[whole[0]]
-    _check_spread(start)
+    if _spread(start) < CAPTURE.flat:
+        raise DegenerateViewsError(
+            "the rigid points lie in one line, which leaves a rotation of the head open",
+            "name one that lies beside it",
+        )
     mean = _mean_shape(points, start)
     turned, placed = _lay(mean, start if reference is None else np.asarray(reference, np.float64))
     mean = mean @ turned.as_matrix().T + placed
@@ -216,14 +220,6 @@ def _spread(points: FloatArray) -> float:
     """Root mean square distance from the straight line that fits best, mm."""
     values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     return float(np.sqrt((values[1:] ** 2).sum() / len(points)))
-
-
-def _check_spread(points: FloatArray) -> None:
-    if _spread(points) < CAPTURE.flat:
-        raise DegenerateViewsError(
-            "the rigid points lie in one line, which leaves a rotation of the head open",
-            "name one that lies beside it",
-        )
 
 
 def check_names(names: Sequence[str], wanted: Sequence[str]) -> IntArray:
