@@ -90,10 +90,16 @@ def coco(
         {"id": i, "file_name": name, "width": width, "height": height}
         for i, name in enumerate(names)
     ]
-    annotations = [
-        _annotation(i, keypoints(pixels[i], visible[i], size), boxes[i], int(areas[i]))
-        for i in np.flatnonzero(np.asarray(areas) > 0).tolist()
-    ]
+    annotations: list[dict[str, Any]] = []
+    for i in np.flatnonzero(np.asarray(areas) > 0).tolist():
+        points = keypoints(pixels[i], visible[i], size)
+        annotations.append(
+            {
+                "id": i + 1, "image_id": i, "category_id": 1, "iscrowd": 0,
+                "bbox": np.asarray(boxes[i]).tolist(), "area": int(areas[i]),
+                "num_keypoints": sum(v > 0 for v in points[2::3]), "keypoints": points,
+            }
+        )  # fmt: skip
     head = {
         "id": 1,
         "name": "head",
@@ -103,16 +109,3 @@ def coco(
     }
     info = {"description": "68 landmarks of a rendered head; pixel centres are at integers"}
     return {"info": info, "images": images, "annotations": annotations, "categories": [head]}
-
-
-def _annotation(frame: int, points: list[float], box: NDArray[Any], area: int) -> dict[str, Any]:
-    return {
-        "id": frame + 1,
-        "image_id": frame,
-        "category_id": 1,
-        "iscrowd": 0,
-        "bbox": np.asarray(box).tolist(),
-        "area": area,
-        "num_keypoints": sum(v > 0 for v in points[2::3]),
-        "keypoints": points,
-    }

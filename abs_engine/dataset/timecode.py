@@ -57,7 +57,8 @@ def seconds(
     if not parts:
         return np.zeros(0)
     fields = np.array([part.groups() for part in parts if part is not None], np.float64)
-    base = rate or _base(float(fields[:, 3].max()))
+    largest = float(fields[:, 3].max())
+    base = rate or next((base for base in BASES if base > largest), np.floor(largest) + 1)
     times = fields[:, :3] @ [3600.0, 60.0, 1.0] + fields[:, 3] / base
     days = np.cumsum(np.diff(times) < -_DAY / 2)
     return np.asarray(times + _DAY * np.concatenate([[0], days]))
@@ -111,7 +112,3 @@ def _timecode(thousandths: int, base: int) -> str:
     seconds, frame = divmod(frames, base)
     minutes, hours = seconds // 60 % 60, seconds // 3600
     return f"{hours:02d}:{minutes:02d}:{seconds % 60:02d}:{frame:02d}.{part:03d}"
-
-
-def _base(largest: float) -> float:
-    return float(next((base for base in BASES if base > largest), np.floor(largest) + 1))

@@ -30,8 +30,8 @@ from abs_engine.io.assets import Speaker
 from abs_engine.io.naming import WHOLE, rename_new, settle
 from abs_engine.io.npz import read_npz
 from abs_engine.studio.people.lip_contact import widest_gap
-from abs_engine.studio.plan import ClipPlan, load
-from abs_engine.studio.take import Posed, Shot, Take
+from abs_engine.studio.plan import load
+from abs_engine.studio.take import Shot, Take
 
 FORMAT, VERSION = "abs_engine.chunk", 1
 
@@ -94,22 +94,27 @@ class Filmer:
         camera = clip / plan.views[job.view].name
         make_folders(camera, self._labels, cover=plan.occluders)
         before = take.clock.seconds.copy()
-        gather = _Gatherer(self._speaker, plan, job.view == 0)
+        rows, offsets = [], []
         shots = take.film(first, min(first + CHUNK, len(plan)))
         written: list[Path] = []
         for frame, (now, shot) in enumerate(shots, start=first):
             with take.clock.part("png"):
                 written += write_shot(camera, frame, shot, cover=plan.occluders)
             with take.clock.part("gap"):
-                gather.add(now, shot)
+                rows.append(_row(shot))
+                if job.view == 0:
+                    head = plan.neutral + now.offsets.astype(np.float32)
+                    rows[-1]["gap"] = widest_gap(self._speaker, head)
+                    offsets.append(now.offsets)
             advance()
         with take.clock.part("vertices"):
             if job.view == 0:
-                written.append(write_chunk(clip, first, np.array(gather.offsets)))
+                written.append(write_chunk(clip, first, np.array(offsets)))
         for path in written:
             settle(path)
         parts = {k: v - before[k] for k, v in take.clock.seconds.items()}
-        _leave(self._work / "chunks" / job.name, gather.arrays(), parts)
+        arrays = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+        _leave(self._work / "chunks" / job.name, arrays, parts)
 
     def __enter__(self) -> Filmer:
         return self
@@ -142,36 +147,19 @@ def write_shot(camera: Path, frame: int, shot: Shot, *, cover: bool) -> list[Pat
     return list(written)
 
 
-class _Gatherer:
-    """Collects the small things of a chunk's frames."""
-
-    def __init__(self, speaker: Speaker, plan: ClipPlan, whole: bool) -> None:
-        self._speaker, self._plan, self._whole = speaker, plan, whole
-        self.offsets: list[Any] = []
-        self._lists: dict[str, list[Any]] = {}
-
-    def add(self, now: Posed, shot: Shot) -> None:
-        box, area = box_and_area((shot.ids > 0) & ~shot.glass)  # the landmarks' own head
-        row: dict[str, Any] = {
-            "landmark_pixels": shot.pixels,
-            "landmark_visible": shot.seen,
-            "boxes": box,
-            "areas": area,
-        }
-        if shot.mirror_pixels is not None:
-            row |= {
-                "mirror_landmark_pixels": shot.mirror_pixels,
-                "mirror_landmark_visible": shot.mirror_seen,
-            }
-        if self._whole:
-            vertices = self._plan.neutral + now.offsets.astype(np.float32)
-            row["gap"] = widest_gap(self._speaker, vertices)
-            self.offsets.append(now.offsets)
-        for name, value in row.items():
-            self._lists.setdefault(name, []).append(value)
-
-    def arrays(self) -> dict[str, Any]:
-        return {name: np.array(values) for name, values in self._lists.items()}
+def _row(shot: Shot) -> dict[str, Any]:
+    """The small things of a frame, whose pictures are elsewhere."""
+    box, area = box_and_area((shot.ids > 0) & ~shot.glass)  # the landmarks' own head
+    row: dict[str, Any] = {
+        "landmark_pixels": shot.pixels,
+        "landmark_visible": shot.seen,
+        "boxes": box,
+        "areas": area,
+    }
+    if shot.mirror_pixels is not None:
+        row["mirror_landmark_pixels"] = shot.mirror_pixels
+        row["mirror_landmark_visible"] = shot.mirror_seen
+    return row
 
 
 def _leave(path: Path, arrays: dict[str, Any], seconds: dict[str, float]) -> None:

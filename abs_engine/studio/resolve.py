@@ -147,17 +147,11 @@ def _views(
                 blur=_blur(camera, events, times),
                 sensor=camera.sensor,
                 background=behind,
-                crf=_crf(camera),
+                crf=camera.crf,
                 mirror=None if camera.mirror is None else glass(camera.mirror, camera.name),
             )
         )
     return tuple(views)
-
-
-def _crf(camera: CameraEntry) -> int:
-    if not 0 <= camera.crf <= 51:
-        raise ParameterError(f"camera '{camera.name}' has crf {camera.crf}", "give 0 to 51")
-    return camera.crf
 
 
 def _gain(camera: CameraEntry, events: tuple[EventEntry, ...], times: FloatArray) -> FloatArray:

@@ -261,7 +261,7 @@ def test_what_a_scene_may_not_say(text, words):
             "leaves its corners without rays",
         ),
         ("[[camera]]\ndistortion = [0,0,0,0,0,0,0,0,0]", "9 distortion coefficients"),
-        ("[[camera]]\ncrf = 80", "crf 80"),
+        ("[[camera]]\ncrf = 80", "the crf of camera 'camera' is 80; give 0 to 51"),
         ("[[camera]]\nmirror = {}", "both corners and a centre, or neither"),
         ("[[camera]]\nmirror = { centre = [0, 0, 400], yaw_degrees = 20 }", "behind the mirror"),
         ("[[camera]]\nmirror = { centre = [0, 0, -400] }", "camera 'camera': a corner"),

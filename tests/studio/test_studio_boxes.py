@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from abs_engine.studio.chunk import _Gatherer
+from abs_engine.studio.chunk import _row
 
 
 def test_the_box_of_a_head_leaves_its_mirror_image_out():
@@ -18,7 +18,6 @@ def test_the_box_of_a_head_leaves_its_mirror_image_out():
         ids=ids, glass=glass.astype(bool), pixels=np.zeros((68, 2)), seen=np.ones(68, bool),
         mirror_pixels=None, mirror_seen=None,
     )  # fmt: skip
-    gather = _Gatherer(None, None, whole=False)
-    gather.add(None, shot)
-    assert gather.arrays()["boxes"].tolist() == [[1, 2, 3, 3]]
-    assert gather.arrays()["areas"].tolist() == [9]
+    row = _row(shot)
+    assert row["boxes"] == [1, 2, 3, 3]
+    assert row["areas"] == 9

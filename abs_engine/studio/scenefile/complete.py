@@ -90,6 +90,7 @@ def _ranges(scene: SceneFile) -> Iterator[tuple[str, Sequence[float], float]]:
     yield "the colour of the shirt", scene.shirt if isinstance(scene.shirt, tuple) else (), 1
     for camera in scene.camera:
         yield f"the exposure of camera '{camera.name}'", [camera.exposure], np.inf
+        yield f"the crf of camera '{camera.name}'", [camera.crf], 51
     for speaker in scene.speaker:
         yield f"the seed of speaker '{speaker.name}'", [speaker.seed or 0], np.inf
     for occluder in scene.occluder:
