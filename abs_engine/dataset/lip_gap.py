@@ -16,6 +16,7 @@ def widest_gap(
 ) -> float:
     """Widest gap between the lips seen from the front, mm; negative where they overlap.
 
+    Minus infinity where the mouth has no width.
     In columns 1 mm apart over the middle four fifths of the mouth: the lowest point of the edges
     of the upper lip less the highest point of those of the lower lip.
 
@@ -32,7 +33,7 @@ def widest_gap(
     columns = (right + left) / 2 + np.arange(-reach, reach, 1.0)
     bottom = -_highest(columns, vertices[upper] * [1, -1, 1])
     top = _highest(columns, vertices[lower])
-    return float((bottom - top).max())
+    return float((bottom - top).max(initial=-np.inf))
 
 
 def _highest(columns: FloatArray, edges: NDArray[np.floating]) -> FloatArray:

@@ -268,6 +268,10 @@ FAULTS = {
         arrays(lambda d: d.update(outer_lip=np.sort(d["outer_lip"]))),
         "outer_lip is not a ring",
     ),
+    "corners of the mouth in one place": (
+        arrays(lambda d: d.update(mouth_corners=d["mouth_corners"][[0, 0]])),
+        "gap is not that of the mesh",
+    ),
     "ids one frame late": (pictures("ids", later), "ids do not lie on their facets"),
     "normals one frame late": (pictures("normals", later), "talk/front/normals"),
     "albedo one frame late": (pictures("albedo", later), "talk/front/albedo"),
