@@ -21,7 +21,7 @@ _APART = 2.5
 """Usual steps between two rows, beyond which some are missing for certain. Chosen."""
 _FEWEST, _EVEN = 2, 0.01
 """Numbers left out that make a rate, and how far from a whole frame steps may be. Chosen."""
-_CODE = re.compile(r"\s*(\d+):(\d+):(\d+):(\d+(?:\.\d+)?)\s*", re.ASCII)
+_CODE = re.compile(r"\s*" + r"(\d{1,9}):" * 3 + r"(\d{1,9}(?:\.\d+)?)\s*", re.ASCII)
 
 
 def seconds(

@@ -104,6 +104,8 @@ def test_timecodes_by_hand(tmp_path):
         InputFileError, match=r"line 3 .*'1:2:3' is not a timecode.*hh:mm:ss:ff\.fff"
     ):
         seconds_since_first(["1:2:3:4", "1:2:3"], tmp_path)
+    with pytest.raises(InputFileError, match=r"line 2 .*is not a timecode"):
+        seconds_since_first([f"{'9' * 400}:0:0:0"], tmp_path)  # no finite time
 
 
 @pytest.mark.parametrize(
