@@ -100,7 +100,7 @@ def _say(
         recording = read_livelink(folder / entry.arkit)
         played = play_recording(recording, speaker.unit_names, rate)
         return replace(played, text="(recording)")
-    text = DEFAULT_SENTENCE if entry.sentence is None else entry.sentence
+    text = DEFAULT_SENTENCE if entry.sentence is None else " ".join(entry.sentence.split())
     frames = None if entry.frames is None else max(1, entry.frames // entry.repeat)
     return utter(text, speaker, neutral, rate, frames)
 

@@ -462,6 +462,10 @@ def test_keys_move_the_head(speaker):
     np.testing.assert_allclose(still[1].rotation @ [0, 0, 1], [1, 0, 0], atol=1e-12)  # to its left
 
 
+def test_a_sentence_of_several_lines_is_a_cell_of_the_card(speaker):
+    assert plan(speaker, "[[clip]]\nsentence = \"\"\"\n_ m a\n p _\"\"\"\n").sentence == "_ m a p _"
+
+
 def test_speech_sentences_recordings_and_repetition(speaker, tmp_path):
     said = plan(speaker, "[[clip]]\nsay = '''_ m A:\n p a _'''\nrepeat = 2\n")
     assert said.sentence == "_ m A: p a _"
