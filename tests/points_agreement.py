@@ -38,7 +38,7 @@ from abs_engine.learn.measured.face import measured_face
 from abs_engine.learn.spoken import SpokenCorpus, bite_plane_of
 from abs_engine.learn.talking import learn_face
 from abs_engine.learn.training import checksum
-from abs_engine.papers.odisio2004.filmed import film_visemes, read_visemes, sightings
+from abs_engine.papers.odisio2004.filmed import SIZE, film_visemes, read_visemes, sightings
 from abs_engine.papers.odisio2004.sentences_filmed import plan_sentence
 from abs_engine.papers.odisio2004.tracked_beads import tracked_corpus
 from abs_engine.render.select import open_renderer
@@ -161,7 +161,7 @@ def film(person: str, folder: Path) -> None:
     spoken = speak_corpus(speaker, speaker.named(person))
     folder.mkdir()
     (folder / "person.json").write_text(json.dumps(person))
-    film_visemes(speaker, spoken, person, folder / "visemes")
+    film_visemes(speaker, spoken, person, folder / "visemes", size=SIZE, beads=0, seed=0)
     plan = plan_sentence(speaker, person, QUICK[0], Camera.ideal((320, 240)), 5)
     make([plan], 1, folder / "sentence", speaker, Order("", 5, (), keep_frames=False), Crew())
 

@@ -16,6 +16,7 @@ from abs_engine.learn.spoken import bite_plane_of
 from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004 import unassisted as room
 from abs_engine.papers.odisio2004 import unassisted_faces as faces_room
+from abs_engine.papers.odisio2004.filmed import SIZE
 from abs_engine.papers.odisio2004.gathered import FULL, QUICK, Report
 from abs_engine.papers.odisio2004.page import reproduction_page
 from abs_engine.papers.odisio2004.reproduce import FACE, FILMED
@@ -177,7 +178,7 @@ def test_a_session_in_which_nothing_can_be_observed_makes_no_face(tmp_path, spea
 def test_a_measured_face_follows_lips_about_as_well_as_the_true_head(tmp_path, speaker):
     own = report(tmp_path, speaker, replace(FULL, unassisted=1, frames=36))
     (tmp_path / FILMED).mkdir()
-    speech = film_speech(speaker, "clara", tmp_path / FILMED / "bare", beads=0)
+    speech = film_speech(speaker, "clara", tmp_path / FILMED / "bare", beads=0, size=SIZE, seed=0)
     save_talking(
         tmp_path / FACE, speech.learn(range(len(speech.pictures)), own.renderer), "clara",
         checksum(speaker),

@@ -463,7 +463,7 @@ def test_keys_move_the_head(speaker):
 
 
 def test_a_sentence_of_several_lines_is_a_cell_of_the_card(speaker):
-    assert plan(speaker, "[[clip]]\nsentence = \"\"\"\n_ m a\n p _\"\"\"\n").sentence == "_ m a p _"
+    assert plan(speaker, '[[clip]]\nsentence = """\n_ m a\n p _"""\n').sentence == "_ m a p _"
 
 
 def test_speech_sentences_recordings_and_repetition(speaker, tmp_path):

@@ -44,15 +44,7 @@ def fit_figures(
     sides: Mapping[str, Truth],
     known: Sequence[FrameError],
 ) -> None:
-    """Keep figures 3 to 9, of one person.
-
-    Parameters
-    ----------
-    sides : mapping of str to Truth
-        The person's test clip by camera.
-    known : sequence of FrameError
-        Fits with the pose known, of this person and by `BEST` among them.
-    """
+    """Keep figures 3 to 9 of one person: the test clip by camera, fits with the pose known."""
     front, renderer = sides[FRONT], report.renderer
     opened = int(np.argmax(front.aperture))
     picture = list(front.pictures())[opened]

@@ -130,13 +130,10 @@ def pose_known(
 
     Parameters
     ----------
-    views : mapping of camera to Truth
-    driver : str
-        By `AS_PRINTED` from one start, with one Gaussian as the prior.
-    rule : str
-        How forces are integrated.
+    driver, rule : str
+        As of `fit_frames`; `AS_PRINTED` is from one start, with one Gaussian as the prior.
     score : {"exact", "sample"}
-        How the posterior is.
+        How the posterior is integrated.
     step : int
         Every so many frames.
     kept : Path, optional

@@ -39,13 +39,7 @@ def mode_postures(physics: LearnedPhysics, modes: int) -> dict[str, FloatArray]:
 def draw_postures(
     renderer: Renderer, shell: LipShell, postures: Mapping[str, FloatArray], columns: int = 4
 ) -> Image:
-    """Shapes of a shell, (N, 3) mm by captions, at one scale, each from the front and the side.
-
-    Parameters
-    ----------
-    columns : int
-        Of the page.
-    """
+    """Shapes of a shell, (N, 3) mm by captions, at one scale, each from the front and the side."""
     views = views_of(np.concatenate(list(postures.values())), SIZE, TURNS)
     tiles = []
     for name, nodes in postures.items():

@@ -59,16 +59,9 @@ _COLUMNS: dict[str, tuple[str, Unit | None]] = {
 def reproduction_page(
     results: Results, figures: Sequence[tuple[str, str]], remarks: Sequence[str]
 ) -> str:
-    """The page; what the results lack is told as not measured.
+    """The page of ``results.json``, figures by address and caption, and remarks on the numbers.
 
-    Parameters
-    ----------
-    results : mapping
-        What ``results.json`` holds.
-    figures : sequence of (str, str)
-        Address of a picture from the page, and its caption.
-    remarks : sequence of str
-        What to know about the numbers.
+    What the results lack is told as not measured.
     """
     body = f"""{_made(results)}
 {"".join(f"<p>{html.escape(line)}</p>" for line in remarks)}

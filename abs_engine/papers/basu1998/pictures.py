@@ -44,17 +44,7 @@ def probability_figure(
     """Figures 3 and 4: how probable each class is in each pixel around a mouth, raw and smoothed.
 
     Beyond the paper: teeth and the dark of the mouth, and the most probable class. The smoothed
-    maps are those of which the forces are made.
-
-    Parameters
-    ----------
-    pose : Pose
-        Of the head: where the mouth is.
-
-    Returns
-    -------
-    (H, W, 3) uint8 RGB
-        White is probable.
+    maps are those of which the forces are made. White is probable.
     """
     close = _close_up(lips, pose, camera, renderer)
     raw, smooth = _maps(lips, close, picture)
@@ -186,13 +176,7 @@ class ShownFit:
 
 
 def fits_figure(renderer: Renderer, lips: TrainedLips, fits: Sequence[ShownFit]) -> Image:
-    """Figures 6 to 9, a row for each fit: image, fit, and the shape from the front and the side.
-
-    Parameters
-    ----------
-    lips : TrainedLips
-        Of the person who is seen.
-    """
+    """Figures 6 to 9, a row for each fit: image, fit, and the shape from the front and the side."""
     return stacked([_row(renderer, lips, fit) for fit in fits])
 
 

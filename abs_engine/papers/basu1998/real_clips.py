@@ -117,12 +117,7 @@ def grid_agreement(
 ) -> dict[str, Any] | None:
     """Track the labelled clips and compare; None where they are not at hand.
 
-    Parameters
-    ----------
-    tell : callable
-        Called with what is begun.
-    kept : Path
-        Folder that gets the runs, and has those of an interrupted run; made if need be.
+    The folder `kept` gets the runs, and has those of an interrupted one.
     """
     labels, clips = closure_labels(), labelled_clips()
     if not clips:

@@ -84,14 +84,10 @@ def reproduce(
 
     Parameters
     ----------
-    folder : Path
-        Exists, and is empty or as an interrupted run left it.
-    kept : Path
-        Gets the fits, frame by frame, and has those of an interrupted run.
+    folder, kept, tell
+        As of `Report`; the folder exists, and is empty or as an interrupted run left it.
     quick : bool
         One person, few frames, and no real clips.
-    tell : callable
-        Called with what is begun.
 
     Returns
     -------

@@ -96,15 +96,7 @@ class BeadSession:
     seed: int = 0
 
     def film(self, folder: Path, command: str) -> None:
-        """Film it into a data set.
-
-        Raises
-        ------
-        OutputError
-            If the folder exists or cannot be written.
-        StudioError
-            If pyrender cannot draw on this machine.
-        """
+        """Film it into a data set; errors as `make`."""
         order = Order(command, self.seed, (), keep_frames=False)
         plans = self.plans(command)
         make(plans, len(plans), folder, self.spoken.speaker, order, Crew())

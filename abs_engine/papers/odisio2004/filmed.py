@@ -69,20 +69,16 @@ def film_visemes(
     person: str,
     folder: Path,
     *,
-    size: tuple[int, int] = SIZE,
-    beads: int = 0,
-    seed: int = 0,
+    size: tuple[int, int],
+    beads: int,
+    seed: int,
 ) -> VisemePictures:
     """Film each viseme of a corpus once, from the front, the head moved a little each time.
 
     Parameters
     ----------
-    spoken : SpokenCorpus
-        Spoken by `person`.
     folder : Path
         Gets the data set; must not exist.
-    size : tuple of int
-        Width and height of the pictures.
     beads : int
         How many are on the face; see `BEADS`.
     seed : int
@@ -91,11 +87,7 @@ def film_visemes(
     Raises
     ------
     ParameterError
-        If the corpus is another person's.
-    OutputError
-        If the folder exists or cannot be written.
-    StudioError
-        If pyrender cannot draw on this machine.
+        If the corpus is another person's; other errors as `make`.
     """
     neutral = speaker.named(person)
     if not np.array_equal(neutral, spoken.neutral):
@@ -121,14 +113,12 @@ def with_beads(speaker: Speaker, plan: ClipPlan, beads: int | str) -> ClipPlan:
 
 
 def read_visemes(folder: Path, visemes: Several[str]) -> VisemePictures:
-    """Visemes filmed by `film_visemes`.
+    """Visemes filmed by `film_visemes`; errors as `load_truth`.
 
     Raises
     ------
     ParameterError
         If there are not as many pictures as visemes.
-    InputFileError, ModelFormatError
-        If the data set cannot be read.
     """
     truth = load_truth(folder)
     if len(truth) != len(visemes):

@@ -100,12 +100,7 @@ class Report(Reproduction):
     def stage(self, name: str, make: Callable[[Report], None]) -> None:
         """Do a part, or take what an interrupted run in the same folder found of it.
 
-        Parameters
-        ----------
-        name : str
-            Of its file among the stages.
-        make : callable
-            Adds to the results and figures of the report that it is given.
+        `make` adds to the results and figures of the report that it is given.
         """
         path = self.kept / f"{name}.json"
         if not path.is_file():

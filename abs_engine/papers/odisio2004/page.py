@@ -44,14 +44,9 @@ _TELECONFERENCE = (
 
 
 def reproduction_page(results: Results, figures: Sequence[tuple[str, str]]) -> str:
-    """The page; what the results lack is said to be not measured.
+    """The page of ``results.json`` and of figures by address and caption.
 
-    Parameters
-    ----------
-    results : mapping
-        What ``results.json`` holds.
-    figures : sequence of (str, str)
-        Address of a picture from the page, and its caption.
+    What the results lack is said to be not measured.
     """
     made = [(name, str(results.get(key, "not recorded"))) for name, key in _MADE]
     body = f"""{table((), made)}

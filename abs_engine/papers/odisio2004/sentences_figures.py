@@ -26,10 +26,7 @@ _TITLES = (
 def curves_figure(shape: FaceShape, filmed: Filmed, of: Mapping[str, Curves]) -> Figure:
     """Figure 8: curves of each model, the truth as a solid line, and what is said when.
 
-    Parameters
-    ----------
-    of : mapping of str to Curves
-        By model; each may have fewer frames than were filmed.
+    A model's may have fewer frames than were filmed.
     """
     figure = Figure(figsize=(9, 7), layout="constrained")
     axes = figure.subplots(5, 1, sharex=True, height_ratios=(1, 1.4, 1.2, 1.2, 0.3))

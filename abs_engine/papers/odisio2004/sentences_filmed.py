@@ -86,8 +86,6 @@ def plan_sentence(
 
     Parameters
     ----------
-    person : str
-        One of the speaker's.
     camera : Camera
         The head is placed so that the face fills most of its picture's height.
     seed : int
@@ -100,7 +98,7 @@ def plan_sentence(
     Raises
     ------
     ParameterError
-        If there is no such person, or the camera cannot film it.
+        If the camera cannot film it.
     """
     neutral, utterance = speaker.named(person), sentence.utterance
     rng = np.random.default_rng([seed, *map(ord, sentence.name)])
@@ -131,21 +129,9 @@ def truth_of(
 def film_plan(
     speaker: Speaker, plan: ClipPlan, sentence: Sentence, vertices: NDArray[np.integer]
 ) -> Filmed:
-    """Film a plan with its only camera, in memory.
+    """Film a plan that says a sentence with its only camera, in memory; errors as `Take`.
 
-    Parameters
-    ----------
-    plan : ClipPlan
-        Of `plan_sentence`, or one like it.
-    sentence : Sentence
-        What it says.
-    vertices : (N,) int
-        The named points.
-
-    Raises
-    ------
-    StudioError
-        If pyrender cannot draw on this machine.
+    Vertices (N,) are those of the named points.
     """
     with Take(speaker, plan, 0, ()) as take:
         pictures = [shot.picture for _, shot in take.film(0, len(plan))]

@@ -156,14 +156,10 @@ def track_sentences(
 
     Parameters
     ----------
-    speaker : Speaker
-        The bundled one; other processes read it themselves.
-    renderer : Renderer
-        Used where there is one process.
+    speaker, renderer
+        Used where there is one process; others read the bundled one, and open `renderer_name`.
     workers : int
         Processes; each films and draws by itself.
-    renderer_name : str
-        What other processes open; see `open_renderer`.
     tell : callable
         Called with what is done next, and about how long the rest takes.
 

@@ -52,8 +52,6 @@ def compare_searches(
     ----------
     speech : Speech
         The corpus that `face` was learned from.
-    model : str
-        Of appearance.
     filmed : Filmed
         Of `french.PRACTICE`, so that nothing is chosen on what is reported.
     kept : Path
@@ -124,14 +122,7 @@ def practise(
 ) -> list[dict[str, str | float]]:
     """A table of all of it: searches and stopping rules of both linear models, and variants.
 
-    Parameters
-    ----------
-    speech : Speech
-        The corpus that `face` was learned from.
-    filmed : Filmed
-        Of `french.PRACTICE`.
-    kept : Path
-        As of `compare_searches`.
+    Parameters are as of `compare_searches`.
     """
     rows: list[dict[str, str | float]] = []
 

@@ -67,12 +67,8 @@ def learn_at_once(
 ) -> TalkingFace:
     """tex_cst from the first image of a sequence, la_lin from all, away from the beads.
 
-    The postures are those of the direct inversion of the true points.
-
-    Parameters
-    ----------
-    beads : (K,) int
-        Vertices at their centres.
+    The postures are those of the direct inversion of the true points. Beads (K,) are the vertices
+    at their centres.
     """
     alpha = shape.invert(filmed.points)
     seen = sightings(shape, filmed.pictures, filmed.poses, alpha)
@@ -98,11 +94,6 @@ def run_teleconference(report: Report, speech: Speech) -> None:
 
     The camera moves with the head, and its pose is known: only the articulation is sought. What is
     learned is learned from all frames that were filmed, also where fewer are tracked.
-
-    Raises
-    ------
-    StudioError
-        If pyrender cannot draw on this machine.
     """
     shape, frames = speech.shape, report.amount.worn
     report.tell("filming with the worn camera")

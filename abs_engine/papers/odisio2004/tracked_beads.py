@@ -137,8 +137,6 @@ def tracked_corpus(
         What is said; its points are not looked at.
     folder : Path
         Gets the session and what `articulate` reads: observations and the table of roles.
-    command : str
-        Kept in the data set.
 
     Returns
     -------

@@ -88,8 +88,6 @@ def unassisted(report: Report, bare: Speech, count: int) -> list[dict[str, Any]]
         The films and what is found go into what it keeps until it is finished.
     bare : Speech
         The corpus, its pictures without beads.
-    count : int
-        Sentences.
 
     Returns
     -------

@@ -49,13 +49,7 @@ class KnownFace:
 
 
 def faces_of(report: Report, bare: Speech, folder: Path) -> dict[str, KnownFace]:
-    """Each of the faces, made in a folder if need be.
-
-    Parameters
-    ----------
-    bare : Speech
-        The corpus, its pictures without beads: those that appearance is learned from.
-    """
+    """Each of the faces, made in a folder if need be; appearance is learned from `bare`."""
     tracked = _tracked(report, bare, folder)
     return {
         GIVEN: KnownFace(report.folder / FACE, bare.built.alpha),

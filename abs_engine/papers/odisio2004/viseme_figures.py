@@ -25,13 +25,7 @@ _MARK = (60, 220, 90)
 
 
 def residual_figure(errors: Mapping[str, Sequence[VisemeError]]) -> Figure:
-    """Figure 6: a box for each model, of the residuals of the test visemes.
-
-    Parameters
-    ----------
-    errors : mapping of str to sequence of VisemeError
-        By the title of a panel.
-    """
+    """Figure 6: a box for each model, of the residuals of the test visemes, by a panel's title."""
     asked = [n for n in (*ASKED, NEUTRAL) if any(e.model == n for f in errors.values() for e in f)]
     labels = [f"{PRINTED[n]}\nas printed" if n in PRINTED else n for n in asked]
     figure = Figure(figsize=(6.0 * len(errors), 3.6), layout="constrained")
@@ -88,13 +82,7 @@ def _cropped(rgb: NDArray[np.uint8], covered: NDArray[np.bool_]) -> Image:
 
 
 def points_figure(speech: Speech, face: TalkingFace, which: Sequence[int]) -> Image:
-    """Figures 5 and 9: where local appearance is compared, on pictures of the corpus.
-
-    Parameters
-    ----------
-    which : sequence of int
-        Indices of pictures.
-    """
+    """Figures 5 and 9: where local appearance is compared, on pictures of the corpus."""
     tiles = []
     seen = speech.pictures
     for k in which:

@@ -24,8 +24,6 @@ from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.learn.talking import learn_face
 from abs_engine.optimise.restarted import RestartedSimplex
 from abs_engine.papers.odisio2004.filmed import (
-    BEADS,
-    SIZE,
     VisemePictures,
     film_visemes,
     read_visemes,
@@ -89,26 +87,16 @@ class Speech:
 
 
 def film_speech(
-    speaker: Speaker,
-    person: str,
-    folder: Path,
-    *,
-    beads: int = BEADS,
-    size: tuple[int, int] = SIZE,
-    seed: int = 0,
+    speaker: Speaker, person: str, folder: Path, *, beads: int, size: tuple[int, int], seed: int
 ) -> Speech:
     """Speak a corpus, build its model, and film its visemes; errors as these do.
 
     Parameters
     ----------
-    person : str
-        One of the speaker's.
     folder : Path
         Gets the data set of the pictures; where it exists, that is taken for this corpus.
     beads : int
         On the face; 0 films it bare.
-    size : tuple of int
-        Of the pictures.
     seed : int
         Of the corpus' noise, the head's motion and the sensor.
     """
@@ -153,12 +141,7 @@ def find_visemes(
 ) -> list[VisemeError]:
     """Find visemes from neutral, their pose known, by every model; and what neutral misses.
 
-    Parameters
-    ----------
-    face : TalkingFace
-        Learned from other visemes.
-    models : sequence of str
-        Of `ASKED`.
+    The face is learned from other visemes.
     """
     out = []
     for which in tests:
