@@ -7,7 +7,6 @@ import io
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -95,22 +94,15 @@ def read_marks(path: Path) -> tuple[Mark, ...]:
 def write_marks(rows: Iterable[tuple[Mark, Mapping[str, object]]]) -> str:
     """The text of a CSV file that `read_marks` reads, with further columns for a person to read.
 
-    Parameters
-    ----------
-    rows : iterable of Mark and mapping
-        The mapping holds the further columns, the same in each row.
+    These are the same in each row.
     """
-    out = io.StringIO()
-    writer: Any = None
-    for mark, more in rows:
-        if writer is None:
-            names = ["frame", "view", "point", "x", "y", *more]
-            writer = csv.DictWriter(out, names, lineterminator="\n")
-            writer.writeheader()
-        x, y = ("", "") if mark.place is None else (f"{c:.2f}" for c in mark.place)
-        head = {"frame": mark.frame, "view": mark.view + 1, "point": mark.point, "x": x, "y": y}
-        writer.writerow({**head, **more})
-    return out.getvalue() or "frame,view,point,x,y\n"
+    out, given = io.StringIO(), list(rows)
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["frame", "view", "point", "x", "y", *(given[0][1] if given else ())])
+    for mark, more in given:
+        place = ("", "") if mark.place is None else [f"{c:.2f}" for c in mark.place]
+        writer.writerow([mark.frame, mark.view + 1, mark.point, *place, *more.values()])
+    return out.getvalue()
 
 
 def needed_among(names: Iterable[str]) -> tuple[str, ...]:

@@ -28,7 +28,6 @@ from abs_engine.dataset.codec import (
 from abs_engine.dataset.picture import write_picture
 from abs_engine.io.assets import Speaker
 from abs_engine.io.naming import WHOLE, rename_new, settle
-from abs_engine.io.npz import read_npz
 from abs_engine.studio.people.lip_contact import widest_gap
 from abs_engine.studio.plan import load
 from abs_engine.studio.take import Shot, Take
@@ -175,14 +174,3 @@ def seconds_of(numbers: dict[str, Any]) -> dict[str, float]:
     """Cost of a chunk, in seconds by part."""
     parts = {k: float(v) for k, v in numbers.items() if k.startswith("seconds_")}
     return {name.removeprefix("seconds_"): value for name, value in parts.items()}
-
-
-def read_numbers(path: Path) -> dict[str, Any]:
-    """Results that `Filmer` left of a chunk.
-
-    Raises
-    ------
-    InputFileError, ModelFormatError
-        If it is missing or broken.
-    """
-    return dict(read_npz(path, FORMAT, VERSION))

@@ -35,8 +35,9 @@ from abs_engine.dataset.codec import (
 from abs_engine.dataset.picture import read_picture
 from abs_engine.io.assets import LIPS_OF_68, Speaker
 from abs_engine.io.naming import rename_new
+from abs_engine.io.npz import read_npz
 from abs_engine.io.video import VideoWriter
-from abs_engine.studio.chunk import Job, read_numbers, seconds_of
+from abs_engine.studio.chunk import FORMAT, VERSION, Job, seconds_of
 from abs_engine.studio.plan import ClipPlan, View
 
 _LANDMARKS = ("outer_lip", "outer_lip_20", "inner_lip_8", "mouth_corners")
@@ -59,15 +60,11 @@ def finish_clip(
     Parameters
     ----------
     jobs : list of Job
-        Those of the clip.
-    chunks : Path
-        Folder of the chunks' numbers.
+        Those of the clip, whose numbers are in `chunks`.
     dataset : Path
         Folder of the data set in the making.
     keep_frames : bool
         Whether the pictures stay when they are encoded.
-    advance : callable
-        Called after every frame that was encoded.
 
     Returns
     -------
@@ -76,7 +73,8 @@ def finish_clip(
     """
     spent: dict[str, float] = {}
     for number, view in enumerate(plan.views):
-        parts = [read_numbers(chunks / job.name) for job in jobs if job.view == number]
+        left = [chunks / job.name for job in jobs if job.view == number]
+        parts = [read_npz(path, FORMAT, VERSION) for path in left]
         for part in parts:
             add_seconds(spent, seconds_of(part))
         names = [n for n in parts[0] if n not in ("format", "version") and "seconds_" not in n]

@@ -97,15 +97,11 @@ class Take:
         self.clock = Clock()
         self._worker = Worker(self._setup())
 
-    def close(self) -> None:
-        """End the drawing process."""
-        self._worker.close()
-
     def __enter__(self) -> Take:
         return self
 
-    def __exit__(self, *error: object) -> None:
-        self.close()
+    def __exit__(self, *_: object) -> None:
+        self._worker.close()
 
     def posed(self, frame: int) -> Posed:
         """The head in a frame."""

@@ -8,6 +8,7 @@ import re
 import types
 import typing
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -80,14 +81,7 @@ def parse_scene(text: str, name: str = "the scene") -> SceneFile:
 
 
 def build(kind: Any, table: Any, where: str) -> Any:
-    """A value of a dataclass from a table.
-
-    Parameters
-    ----------
-    kind : type
-        A dataclass, whose fields are the table's keys.
-    where : str
-        For errors.
+    """A value of a dataclass, whose fields are the keys of a table; `where` is for errors.
 
     Raises
     ------
@@ -132,13 +126,7 @@ def nearest(word: str, known: typing.Iterable[str]) -> str:
 
 
 def convert(kind: Any, value: Any, where: str) -> Any:
-    """A TOML value as a value of the annotated type.
-
-    Raises
-    ------
-    ParameterError
-        If it is of another type.
-    """
+    """A TOML value as a value of the annotated type; `ParameterError` if it is of another."""
     origin, inner = typing.get_origin(kind), typing.get_args(kind)
     if origin in (typing.Union, types.UnionType):
         return _convert_any(inner, value, where)
@@ -162,14 +150,11 @@ def convert(kind: Any, value: Any, where: str) -> Any:
 
 def _convert_any(kinds: tuple[Any, ...], value: Any, where: str) -> Any:
     """The value as the first of some types that it fits; the last one's error if it fits none."""
-    kinds = tuple(kind for kind in kinds if kind is not types.NoneType)
-    for number, kind in enumerate(kinds):
-        try:
+    *others, last = (kind for kind in kinds if kind is not types.NoneType)
+    for kind in others:
+        with suppress(ParameterError):
             return convert(kind, value, where)
-        except ParameterError:
-            if number == len(kinds) - 1:
-                raise
-    raise ParameterError(f"{where} is {_show(value)}", "leave it out")
+    return convert(last, value, where)
 
 
 def _convert_list(kinds: tuple[Any, ...], value: Any, where: str) -> tuple[Any, ...]:
