@@ -43,14 +43,7 @@ class Calibration:
 
 
 def calibrate_camera(pictures: Sequence[Corners], size: tuple[int, int]) -> Calibration:
-    """Intrinsics and distortion of a camera (Zhang 2000, by OpenCV).
-
-    Parameters
-    ----------
-    pictures : sequence of Corners
-        A board as seen in each picture.
-    size : tuple of int
-        Width and height of the pictures.
+    """Intrinsics and distortion of a camera from a board in each picture (Zhang 2000, by OpenCV).
 
     Raises
     ------
@@ -120,11 +113,6 @@ def calibrate_stereo(
     pairs: Sequence[tuple[Corners, Corners]], first: Calibration, second: Calibration
 ) -> StereoCalibration:
     """Pose of two cameras relative to each other, from a board that both see at the same moments.
-
-    Parameters
-    ----------
-    pairs : sequence of (Corners, Corners)
-        What the two saw at each moment.
 
     Raises
     ------

@@ -40,11 +40,7 @@ def calibrate_mirror(pairs: Sequence[tuple[Corners, Corners]], camera: Camera) -
 
     A flat board's mirror image could as well be another board: its pose and that of the board
     itself give a plane to start from. Plane and poses are then moved until all corners fit best.
-
-    Parameters
-    ----------
-    pairs : sequence of (Corners, Corners)
-        The board as seen directly, and in the mirror, for each picture.
+    Pairs are the board as seen directly, and in the mirror, for each picture.
 
     Raises
     ------

@@ -39,12 +39,7 @@ class VisemePicture:
 
 
 def read_viseme_pictures(path: Path, visemes: Collection[str]) -> tuple[VisemePicture, ...]:
-    """Read a table as the module describes it.
-
-    Parameters
-    ----------
-    visemes : collection of str
-        Those of the corpus.
+    """Read a table as the module describes it, of a corpus with these visemes.
 
     Raises
     ------

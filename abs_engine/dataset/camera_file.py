@@ -97,12 +97,7 @@ def _rows(vectors: ArrayLike | None) -> list[list[float]]:
 def load_camera(path: Path) -> Camera:
     """Read the intrinsics and the distortion of a ``camera.json``.
 
-    Raises
-    ------
-    InputFileError
-        If it is missing or no JSON.
-    ModelFormatError
-        If it has another format or version, or lacks a field.
+    Errors are those of `load_placed_camera`.
     """
     return load_placed_camera(path).camera
 

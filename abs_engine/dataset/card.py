@@ -120,18 +120,7 @@ be used without condition.
 
 
 def card_text(record: dict[str, Any]) -> str:
-    """The card of a dataset.
-
-    Parameters
-    ----------
-    record : dict
-        What ``dataset.json`` holds; see `dataset.dataset_record`.
-
-    Returns
-    -------
-    str
-        Markdown.
-    """
+    """The card of a dataset, Markdown, by its ``dataset.json``; see `dataset.dataset_record`."""
     clips = record["clips"]
     return _TEXT.format(
         frames=sum(c["frames"] for c in clips),

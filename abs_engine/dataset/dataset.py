@@ -234,12 +234,8 @@ def load_truth(path: Path, *, verify: bool = False) -> Truth:
 
     Raises
     ------
-    InputFileError
-        If it is no dataset or a file is missing.
-    ModelFormatError
-        If a file was altered, or has another format or version.
     ParameterError
-        If there are several clips or cameras to choose from.
+        If there are several clips or cameras to choose from; other errors as `load_dataset`.
     """
     folder, given = dataset_root(to_path("path", path))
     dataset = read_record(folder)

@@ -21,13 +21,7 @@ _QUICKLY = (*(cv2.IMWRITE_PNG_COMPRESSION, 1), *(cv2.IMWRITE_PNG_FILTER, cv2.IMW
 
 
 def write_picture(path: Path, values: NDArray[Any]) -> None:
-    """Write (H, W) or (H, W, 3) RGB, uint8 or uint16, as PNG.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
+    """Write (H, W) or (H, W, 3) RGB, uint8 or uint16, as PNG."""
     ordered = values if values.ndim == 2 else values[..., ::-1]
     # not imwrite, which ends the process where a path is no UTF-8
     path.write_bytes(cv2.imencode(".png", np.ascontiguousarray(ordered), _QUICKLY)[1].tobytes())

@@ -57,12 +57,8 @@ def film_scene(
     ParameterError, InputFileError, ModelFormatError
         If something in the scene cannot be filmed.
     OutputError
-        If the folder exists or cannot be written, or an unfinished data set of another scene lies
-        beside it; `SameOutputError` if it is this data set, whole.
-    StudioError
-        If pyrender cannot draw on this machine.
-    KeyboardInterrupt
-        If interrupted; its text says what was kept.
+        If an unfinished data set of another scene lies beside the folder; `SameOutputError` if it
+        is this data set, whole. Other errors as `make`.
     """
     check_kind("scene", scene, (is_of(SceneFile), "a SceneFile, as read_scene returns"))
     folder = to_path("folder", folder)

@@ -43,8 +43,6 @@ def perform(
     ----------
     neutral : (V, 3) float32, mm
         The person, whose lips must meet where they are to be closed.
-    rate : float
-        Frames per second.
     folder : Path
         Where the files that the entry names are looked for.
     rng : numpy.random.Generator

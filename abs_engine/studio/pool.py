@@ -33,14 +33,7 @@ def film_apart(
     advance: Advance,
     processes: int,
 ) -> None:
-    """Film chunks in several processes.
-
-    Parameters
-    ----------
-    speaker : Speaker
-        The bundled head, which the processes read themselves.
-    advance : callable
-        Called after every frame.
+    """Film chunks in several processes, which read the bundled head themselves.
 
     Raises
     ------

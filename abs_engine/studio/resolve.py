@@ -40,8 +40,6 @@ def plan_clip(
     ----------
     number : int
         Which of its clips.
-    cast : Cast
-        The scene's people.
     folder : Path
         Where the files that the scene names are looked for.
     command : str

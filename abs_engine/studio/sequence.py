@@ -77,10 +77,6 @@ def utter(
     ----------
     text : str
         Name of a built-in sentence, or viseme symbols between spaces.
-    neutral : (V, 3) float, mm
-        Of the person.
-    rate : float
-        Frames per second.
     frames : int, optional
         Length; the sentence is stretched to it. By default as long as the sentence takes.
 

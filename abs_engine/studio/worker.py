@@ -209,13 +209,7 @@ class IdPass:
     which lie beside the centres: surfaces that meet hide each other in the wrong places.
 
     pyrender leaves out the backs of all facets here; what is double-sided in the picture is so
-    in this pass, too.
-
-    Parameters
-    ----------
-    pyrender : module
-    inner : pyrender.renderer.Renderer
-    programs : pyrender.shader_program.ShaderProgramCache
+    in this pass, too. `inner` is pyrender's own renderer, `programs` a cache of its shaders.
     """
 
     _NAMES = "fb", "cb", "db", "fb_ms", "cb_ms", "db_ms", "fb_dims"

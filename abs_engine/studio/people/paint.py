@@ -26,12 +26,7 @@ _HAIRS, _FRECKLES = 9000, ((0.5, 0.36, 230), (0.75, 0.30, 160), (1.05, 0.25, 100
 
 
 def paint(speaker: Speaker, person: Person) -> NDArray[np.uint8]:
-    """The texture of a person.
-
-    Returns
-    -------
-    (H, W, 3) uint8 sRGB, in the speaker's chart
-        The same person gives the same pixels.
+    """The texture (H, W, 3) of a person, sRGB in the speaker's chart; the same each time.
 
     Raises
     ------

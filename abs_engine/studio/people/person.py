@@ -106,10 +106,7 @@ def identity_vector(speaker: Speaker, person: Person) -> NDArray[np.float32]:
 def neutral(speaker: Speaker, person: Person) -> NDArray[np.float32]:
     """Vertices (V, 3) float32, mm, head frame, of the person at rest, mouth closed.
 
-    Raises
-    ------
-    ParameterError
-        If the base or a target is unknown.
+    Errors are those of `identity_vector`.
     """
     return speaker.person(identity_vector(speaker, person))
 

@@ -26,13 +26,8 @@ def sentence_scene(
     ----------
     sentence : str
         Its name, or viseme symbols between spaces.
-    person : str
-    size : tuple of int
-    frames : int, optional
-    seed : int
     lossless : bool
         Keep every picture as it was before compression.
-    labels : tuple of str
 
     Raises
     ------

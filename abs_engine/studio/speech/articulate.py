@@ -64,8 +64,6 @@ def articulate(
     ----------
     neutral : (V, 3) float32, mm, head frame
         The person's neutral vertices.
-    rate : float
-        Frames per second.
 
     Raises
     ------
@@ -85,13 +83,7 @@ def articulate(
 
 
 def frame_times(seconds: float, rate: float) -> FloatArray:
-    """Times (T,), seconds, of the frames of a clip; the first at 0, the last before its end.
-
-    Raises
-    ------
-    ParameterError
-        If the rate is not positive.
-    """
+    """Times (T,), seconds, of the frames of a clip; the first at 0, the last before its end."""
     check_rate(rate)
     return np.arange(max(1, int(np.ceil(seconds * rate - 1e-6)))) / rate
 

@@ -217,12 +217,6 @@ def doubtful(text: str, alphabet: Alphabet) -> dict[str, str]:
     All letters are sounds of X-SAMPA and of the IPA, so a word is no error: it is read letter by
     letter. Four letters without a mark look like a word, three do where nothing else is marked.
 
-    Parameters
-    ----------
-    text : str
-        As `abs_engine.studio.speech.parse_phonemes` takes it.
-    alphabet : {"x-sampa", "ipa", "arpabet"}
-
     Raises
     ------
     ParameterError
