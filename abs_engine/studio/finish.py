@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from abs_engine.core.clock import write_timing
+from abs_engine.core.clock import Clock, write_timing
 from abs_engine.core.provenance import made_by
 from abs_engine.dataset import (
     ClipEntry,
@@ -54,7 +54,8 @@ def finish_clip(
     *,
     keep_frames: bool,
     advance: Advance,
-) -> dict[str, float]:
+    clock: Clock,
+) -> None:
     """Write a clip's numbers and videos from its chunks.
 
     Parameters
@@ -65,18 +66,15 @@ def finish_clip(
         Folder of the data set in the making.
     keep_frames : bool
         Whether the pictures stay when they are encoded.
-
-    Returns
-    -------
-    dict of str to float
-        Seconds by part that filming took.
+    clock : Clock
+        Gets the seconds by part that filming took.
     """
-    spent: dict[str, float] = {}
     for number, view in enumerate(plan.views):
         left = [chunks / job.name for job in jobs if job.view == number]
         parts = [read_npz(path, FORMAT, VERSION) for path in left]
         for part in parts:
-            add_seconds(spent, seconds_of(part))
+            for name, seconds in seconds_of(part).items():
+                clock.seconds[name] += seconds
         names = [n for n in parts[0] if n not in ("format", "version") and "seconds_" not in n]
         numbers = {name: np.concatenate([part[name] for part in parts]) for name in names}
         if number == 0:
@@ -85,13 +83,6 @@ def finish_clip(
         encode(plan, view, dataset / plan.name / view.name, advance)
         if not keep_frames:
             shutil.rmtree(dataset / plan.name / view.name / FRAMES, ignore_errors=True)
-    return spent
-
-
-def add_seconds(total: dict[str, float], more: dict[str, float]) -> None:
-    """Add seconds by part to those that are there."""
-    for name, value in more.items():
-        total[name] = total.get(name, 0.0) + value
 
 
 def truth_arrays(plan: ClipPlan, speaker: Speaker, gap: Any) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from abs_engine.dataset import ClipEntry
 from abs_engine.dataset.codec import CHUNK, SCENE
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.chunk import Filmer, Job, jobs_of
-from abs_engine.studio.finish import add_seconds, clip_entry, finish_clip, finish_dataset
+from abs_engine.studio.finish import clip_entry, finish_clip, finish_dataset
 from abs_engine.studio.journal import Journal
 from abs_engine.studio.plan import ClipPlan, load, store
 from abs_engine.studio.pool import film_apart
@@ -200,11 +200,10 @@ def _finish(
     """Gather, encode and sign; returns the seconds spent by part."""
     crew.announce("encoding videos")
     count = _Count(crew.encoding, _frames(jobs, clips))
-    spent: dict[str, float] = {}
     clock = Clock()
     with clock.part("video"):
         for number in range(len(clips)):
-            parts = finish_clip(
+            finish_clip(
                 load(journal.plan(number)),
                 [job for job in jobs if job.clip == number],
                 journal.chunks,
@@ -212,14 +211,13 @@ def _finish(
                 speaker,
                 keep_frames=order.keep_frames,
                 advance=count,
+                clock=clock,
             )
-            add_seconds(spent, parts)
     if order.scene:
         (journal.work / SCENE).write_text(order.scene, encoding="utf-8")
     crew.announce("checksums")
-    seconds = {**spent, **clock.seconds}
     finish_dataset(
         journal.work, clips, command=order.command, seed=order.seed, labels=order.labels,
-        seconds=seconds,
+        seconds=clock.seconds,
     )  # fmt: skip
-    return seconds
+    return dict(clock.seconds)
