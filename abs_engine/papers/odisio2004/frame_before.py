@@ -43,10 +43,10 @@ class TalkBinder:
 
     problem: MakeProblem
     neutral: FloatArray
-    predict: bool = True
-    postures: FloatArray | None = None
-    unusual: float = 1.25
-    least: float = 0.0
+    predict: bool
+    postures: FloatArray | None
+    unusual: float
+    least: float
 
     def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
         """Objective of a frame whose head is about a pose, and the start of its search."""

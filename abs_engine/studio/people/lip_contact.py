@@ -13,17 +13,7 @@ from abs_engine.io.assets import Speaker
 
 
 def widest_gap(speaker: Speaker, vertices: NDArray[np.floating]) -> float:
-    """Widest gap between a speaker's lips; see `abs_engine.dataset.lip_gap.widest_gap`.
-
-    Parameters
-    ----------
-    vertices : (V, 3) float32, mm, head frame
-
-    Returns
-    -------
-    float
-        mm; negative where the lips overlap in every column.
-    """
+    """Widest gap between a speaker's lips, mm, of vertices (V, 3); see `lip_gap.widest_gap`."""
     corners = speaker.landmarks["mouth_corners"]
     return lip_gap.widest_gap(vertices, corners, *_lip_edges(speaker))
 
