@@ -201,6 +201,17 @@ def _numbers(given: ArrayLike, *shape: int) -> FloatArray:
         ) from error
 
 
+def compose(outer: Pose, inner: Pose) -> Pose:
+    """The pose that does `inner` first, then `outer`."""
+    return Pose(outer.rotation @ inner.rotation, outer.apply(inner.translation))
+
+
+def vectors(poses: list[Pose]) -> tuple[FloatArray, FloatArray]:
+    """Rotation vectors and translations (T, 3) of poses."""
+    rotations = np.array([pose.rotation_vector for pose in poses])
+    return rotations, np.array([pose.translation for pose in poses])
+
+
 FACING: FloatArray = np.diag([1.0, -1.0, -1.0])
 """Head frame to camera frame for a face that looks into the camera: half a turn about x."""
 

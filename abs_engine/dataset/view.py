@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import InputFileError, ModelFormatError
-from abs_engine.core.geometry import Pose
+from abs_engine.core.geometry import Pose, compose, vectors
 from abs_engine.core.kinds import checked_frame
 from abs_engine.dataset import codec
 from abs_engine.dataset.camera_file import PlacedCamera, load_placed_camera
@@ -194,7 +194,8 @@ def load_view(clip: Clip, folder: Path) -> Truth:
         )
     if not (folder / codec.VIDEO).is_file():
         raise InputFileError(f"{folder / codec.VIDEO} does not exist", AGAIN)
-    rotations, translations = head_to_camera(clip, placed)
+    poses = [compose(placed.pose(t), clip.world_pose(t)) for t in range(len(clip))]
+    rotations, translations = vectors(poses)
     shared = {f.name: getattr(clip, f.name) for f in fields(Clip)}
     return Truth(
         folder=folder,
@@ -204,13 +205,3 @@ def load_view(clip: Clip, folder: Path) -> Truth:
         placed=placed,
         **shared,
     )
-
-
-def head_to_camera(clip: Clip, placed: PlacedCamera) -> tuple[FloatArray, FloatArray]:
-    """Rotation vectors and translations (T, 3) each, head to camera: head to world to camera."""
-    vectors, shifts = np.empty((len(clip), 3)), np.empty((len(clip), 3))
-    for frame in range(len(clip)):
-        head, camera = clip.world_pose(frame), placed.pose(frame)
-        joined = Pose(camera.rotation @ head.rotation, camera.apply(head.translation))
-        vectors[frame], shifts[frame] = joined.rotation_vector, joined.translation
-    return vectors, shifts

@@ -9,11 +9,11 @@ from scipy.spatial import ConvexHull
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.geometry import Pose
+from abs_engine.core.geometry import Pose, compose
 from abs_engine.dataset.codec import DEPTH_STEP, OTHER
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.mirror import Mirror
-from abs_engine.studio.plan import ClipPlan, View, compose
+from abs_engine.studio.plan import ClipPlan, View
 from abs_engine.studio.scenefile import CameraEntry, MirrorEntry, check_size
 from abs_engine.studio.sequence import portrait
 

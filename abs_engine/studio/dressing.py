@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.geometry import Pose
+from abs_engine.core.geometry import Pose, compose, vectors
 from abs_engine.dataset.codec import BOARD, HAND, MICROPHONE
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.cast import Actor
-from abs_engine.studio.plan import Prop, compose, vectors
+from abs_engine.studio.plan import Prop
 from abs_engine.studio.prop_mesh import Prop as Mesh
 from abs_engine.studio.props import Occluder, clear_of, mouth_of
 from abs_engine.studio.scenefile import ClipEntry, OccluderEntry, SceneFile, pick

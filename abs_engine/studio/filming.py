@@ -14,7 +14,7 @@ import numpy as np
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.geometry import FACING, Pose
+from abs_engine.core.geometry import FACING, Pose, vectors
 from abs_engine.core.kinds import check_kind, is_of, to_path
 from abs_engine.core.provenance import code_digest
 from abs_engine.io.assets import Speaker, load_speaker
@@ -22,7 +22,7 @@ from abs_engine.studio.appearance.look import Look
 from abs_engine.studio.cameras import check_view
 from abs_engine.studio.cast import NO_DOTS, Cast
 from abs_engine.studio.make import Crew, Filmed, Order, make
-from abs_engine.studio.plan import ClipPlan, View, vectors
+from abs_engine.studio.plan import ClipPlan, View
 from abs_engine.studio.resolve import lights_at, plan_clip
 from abs_engine.studio.scenefile import SceneFile, check_size, complete, scene_text
 from abs_engine.studio.sequence import Sequence

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
-from abs_engine.core.geometry import Pose
+from abs_engine.core.geometry import Pose, compose
 from abs_engine.dataset.codec import BOARD, HAND, MICROPHONE
 from abs_engine.io.naming import settle
 from abs_engine.io.npz import read_npz
@@ -157,17 +157,6 @@ class ClipPlan:
     def pose(self, view: View, frame: int) -> Pose:
         """Head to camera in a frame."""
         return compose(view.pose(frame), self.head(frame))
-
-
-def compose(outer: Pose, inner: Pose) -> Pose:
-    """The pose that does `inner` first, then `outer`."""
-    return Pose(outer.rotation @ inner.rotation, outer.apply(inner.translation))
-
-
-def vectors(poses: list[Pose]) -> tuple[FloatArray, FloatArray]:
-    """Rotation vectors and translations (T, 3) of poses."""
-    rotations = np.array([pose.rotation_vector for pose in poses])
-    return rotations, np.array([pose.translation for pose in poses])
 
 
 def store(plan: ClipPlan, path: Path) -> None:

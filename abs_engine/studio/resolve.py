@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.geometry import Pose
+from abs_engine.core.geometry import Pose, compose, vectors
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.appearance.look import Light
 from abs_engine.studio.cameras import check_view, glass, lens, stand
@@ -19,7 +19,7 @@ from abs_engine.studio.cast import Cast
 from abs_engine.studio.dressing import props_of
 from abs_engine.studio.motion import head_poses, ramp
 from abs_engine.studio.performance import perform
-from abs_engine.studio.plan import ClipPlan, View, compose, vectors
+from abs_engine.studio.plan import ClipPlan, View
 from abs_engine.studio.scenefile import (
     CameraEntry,
     ClipEntry,

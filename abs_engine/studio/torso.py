@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.geometry import Pose, edges_of, vertex_normals
+from abs_engine.core.geometry import Pose, edges_of, vectors, vertex_normals
 from abs_engine.dataset.codec import OTHER
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.appearance.look import Colour
-from abs_engine.studio.plan import Prop, vectors
+from abs_engine.studio.plan import Prop
 
 _COLLAR = ((10.0, 2.0), (8.0, 4.5), (-3.0, 8.0))
 """Rings above and around the neck's open end: height and distance from it, mm."""

@@ -9,7 +9,7 @@ import pytest
 from scipy import ndimage
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.geometry import Pose
+from abs_engine.core.geometry import Pose, compose
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.dataset.coco import OUTSIDE, VISIBLE, keypoints
 from abs_engine.dataset.codec import OTHER
@@ -18,7 +18,6 @@ from abs_engine.render.cpu import CpuRenderer
 from abs_engine.studio import labels, surface
 from abs_engine.studio.cast import Cast
 from abs_engine.studio.mirror import Mirror
-from abs_engine.studio.plan import compose
 from abs_engine.studio.resolve import plan_clip
 from abs_engine.studio.scenefile import complete, parse_scene
 from abs_engine.studio.take import Take

@@ -15,7 +15,7 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
-from abs_engine.core.geometry import FACING, Pose
+from abs_engine.core.geometry import FACING, Pose, compose, vectors
 from abs_engine.dataset.codec import BOARD as BOARD_CODE
 from abs_engine.learn.spoken import SpokenCorpus, bite_plane_of
 from abs_engine.papers.odisio2004.filmed import with_beads
@@ -25,7 +25,7 @@ from abs_engine.studio.corpus import viseme_weights
 from abs_engine.studio.dressing import prop_of
 from abs_engine.studio.filming import plan_of
 from abs_engine.studio.make import Crew, Order, make
-from abs_engine.studio.plan import ClipPlan, Prop, View, compose, vectors
+from abs_engine.studio.plan import ClipPlan, Prop, View
 from abs_engine.studio.props import BOARD, mouth_of
 from abs_engine.studio.sequence import Sequence, portrait, wander
 

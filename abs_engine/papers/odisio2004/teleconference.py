@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import compose, vectors
 from abs_engine.core.pose import parted
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
@@ -29,7 +30,6 @@ from abs_engine.papers.odisio2004.visemes import Speech
 from abs_engine.report.drawing.figure import figure_bytes
 from abs_engine.studio.cameras import stand
 from abs_engine.studio.french import SENTENCES, Sentence
-from abs_engine.studio.plan import compose, vectors
 from abs_engine.studio.scenefile import CameraEntry
 
 BEADS = 12
