@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from functools import cache
+from dataclasses import dataclass, field
+from functools import cache, lru_cache
 from pathlib import Path
 
 import cv2
@@ -67,14 +68,37 @@ def scene_of(person: str, **units: float) -> Scene:
     )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class View:
+    """A pose and a camera that are the same as others of the same numbers."""
+
+    numbers: tuple[bytes, ...]
+    size: tuple[int, int]
+    pose: Pose = field(compare=False)
+    camera: Camera = field(compare=False)
+
+    @classmethod
+    def of(cls, pose: Pose, camera: Camera) -> View:
+        arrays = pose.rotation, pose.translation, camera.matrix, camera.distortion
+        return cls(tuple(one.tobytes() for one in arrays), camera.size, pose, camera)
+
+
+@lru_cache(100)
+def _drawn(person: str, view: View, lamp: bool, units: tuple[tuple[str, float], ...]) -> np.ndarray:
+    head = scene_of(person, **dict(units))
+    if lamp:
+        return lit_picture_of(head, view.pose, view.camera, (0.3, -0.5, -1.0), 0.0)
+    return picture_of(head, view.pose, view.camera)
+
+
 def drawn(person: str, pose: Pose = AHEAD, camera: Camera = CAMERA, **units: float) -> np.ndarray:
     """A picture (H, W, 3) uint8 of a person in a posture."""
-    return picture_of(scene_of(person, **units), pose, camera)
+    return _drawn(person, View.of(pose, camera), False, tuple(units.items())).copy()
 
 
 def lit(person: str, pose: Pose = AHEAD, camera: Camera = CAMERA, **units: float) -> np.ndarray:
     """The same under a lamp above the camera's side."""
-    return lit_picture_of(scene_of(person, **units), pose, camera, (0.3, -0.5, -1.0), 0.0)
+    return _drawn(person, View.of(pose, camera), True, tuple(units.items())).copy()
 
 
 @cache
