@@ -127,13 +127,19 @@ def test_on_one_core_nothing_is_looked_at_early(video, monkeypatch):
         assert follower_of(video, LARGEST)._known == ()
 
 
+@pytest.fixture(scope="module")
+def short(tmp_path_factory):
+    """The two people, without a cut."""
+    return write_kind(tmp_path_factory.mktemp("short") / "two.mkv", "ffv1", list(pictures()[1:3]))
+
+
 @pytest.mark.usefixtures("soon_ready")
 @pytest.mark.parametrize(
     ("more", "early"),
     [((), 1), (("--face", "2"), 1), (("--start", "blobs"), 0), (("--person", "clara"), 0)],
 )
 def test_the_command_looks_early_where_landmarks_place_the_face(
-    video, more, early, monkeypatch, tmp_path
+    short, more, early, monkeypatch, tmp_path
 ):
     begun, found = [], []
     begin, follower = looks.begin, heads.follower_of
@@ -141,7 +147,7 @@ def test_the_command_looks_early_where_landmarks_place_the_face(
     monkeypatch.setattr(
         heads, "follower_of", lambda *given: found.append(looks._begun[:]) or follower(*given)
     )
-    words = ["track", str(video), "-o", str(tmp_path / "run"), "--renderer", "cpu", "--quiet"]
+    words = ["track", str(short), "-o", str(tmp_path / "run"), "--renderer", "cpu", "--quiet"]
     assert main([*words, *more]) == 0
     assert len(begun) == early
     assert [len(one) for one in found] == [1] * early

@@ -116,11 +116,12 @@ def write_labels(folder, change=lambda row: row):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Labelled clips of two people, what was learned of them, and another clip of one."""
+    """Labelled clips of two people, what was learned of them, and other clips of one."""
     made = tmp_path_factory.mktemp("close-ups")
     for person in LABELLED:
         write_clip(made / f"{person}.mp4", person, OPEN)
     write_clip(made / "new.mp4", "amara", NEW)
+    write_clip(made / "short.mp4", "amara", NEW[2:4])
     labels = write_labels(made)
     assert main(["mouths", str(labels), "-o", str(made / "mouths.face"), "--quiet"]) == 0
     return made
@@ -163,7 +164,7 @@ def test_a_close_up_is_followed(run):
 
 
 def test_a_camera_that_is_worn_is_learned_from_as_it_films(folder):
-    shown = tuple(close_up("amara", amount) for amount in NEW)
+    shown = tuple(close_up("amara", amount) for amount in NEW[1:4])
     clip = Clip(Path("camera 0"), VideoInfo((160, 120), 25.0, 0), CAMERA, None, shown)
     options = TrackOptions(model=str(folder / "mouths.face"))
     made = prepare_clip(clip, CpuRenderer(), options, print)
@@ -181,7 +182,7 @@ def test_a_run_of_whole_faces_keeps_the_warning(folder):
 def test_a_box_for_the_mouth_silences_no_warning_of_whole_faces(folder, monkeypatch):
     monkeypatch.setattr(worn, "_whole_faces", lambda _images: True)
     choices = {"worn": True, "model": folder / "mouths.face", "renderer": "cpu"}
-    run = abs_engine.track(folder / "new.mp4", mouth=(50, 40, 60, 40), **choices)
+    run = abs_engine.track(folder / "short.mp4", mouth=(50, 40, 60, 40), **choices)
     assert [line for line in run.warnings if "without --worn" in line]
 
 
@@ -196,7 +197,7 @@ def test_a_run_of_no_mouth_keeps_the_warning(folder):
 
 
 def test_a_run_without_a_model_warns_once_and_keeps_it(folder, tmp_path, capsys):
-    words = ["track", str(folder / "new.mp4"), "-o", str(tmp_path / "run"), "--worn"]
+    words = ["track", str(folder / "short.mp4"), "-o", str(tmp_path / "run"), "--worn"]
     assert main([*words, "--renderer", "cpu", "--quiet"]) == 0
     said = [
         line for line in capsys.readouterr().out.splitlines() if "openings are less exact" in line
@@ -220,12 +221,12 @@ def test_the_mouth_is_found_in_a_close_up():
 
 def test_looks_are_learned_from_more_frames_than_the_head_is_fitted_to(tmp_path, monkeypatch):
     monkeypatch.setattr(worn, "learn_opening", list)
-    write_clip(tmp_path / "clip.mp4", "amara", NEW * 4)
+    write_clip(tmp_path / "clip.mp4", "amara", NEW * 2)
     info = probe(tmp_path / "clip.mp4")
     clip = Clip(tmp_path / "clip.mp4", info, CAMERA, None)
     images, opening, _ = found_mouth(clip, TrackOptions(worn=True), None, str)
     assert len(images) == CLOSE_UP.fitted
-    assert len(opening.looks) == len(NEW * 4)
+    assert len(opening.looks) == len(NEW * 2)
 
 
 def by_points(images, points) -> list[LabelledMouth]:
@@ -252,7 +253,7 @@ def test_a_model_disagrees_with_mouths_unlike_those_that_it_was_learned_from(fol
 def test_a_model_of_another_kind_of_camera_is_warned_of(folder, monkeypatch, mouth, unlike, warned):
     monkeypatch.setattr(worn, "disagreement", lambda *_: unlike * CLOSE_UP.most_unlike)
     choices = {"worn": True, "model": folder / "mouths.face", "renderer": "cpu", "mouth": mouth}
-    run = abs_engine.track(folder / "new.mp4", **choices)
+    run = abs_engine.track(folder / "short.mp4", **choices)
     assert ["track without --model" in line for line in run.warnings] == [True] * warned
 
 
