@@ -78,14 +78,14 @@ def video(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def talking(tmp_path_factory):
-    """A talking face of the person, learned from every other viseme of its speech, drawn."""
+    """A talking face of the person, learned from every fourth viseme of its speech, drawn."""
     speaker, camera = load_speaker(), Camera.ideal((320, 240))
     spoken = speak_corpus(speaker, speaker.named(PERSON))
     built = build(spoken.corpus)
     shape = face_shape(speaker, spoken, built, PERSON)
     pose = seen_at([0, 0, 0], [0, 0, 700])
     pictures = []
-    alpha, names = built.alpha[::2], spoken.corpus.visemes[::2]
+    alpha, names = built.alpha[::4], spoken.corpus.visemes[::4]
     heads = np.stack([shape.scene.vertices(row) for row in alpha]).astype(np.float32)
     none, grain = np.zeros((0, *heads[0].shape), np.float32), np.random.default_rng(0)
     for head in heads:
