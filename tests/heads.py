@@ -56,13 +56,17 @@ def lit_picture_of(
     one = Candidates.one(np.zeros(head.n_modes), pose)
     buffers = CpuRenderer().draw(head, one, camera, window)[0]
     seen = buffers.covered  # a head fills a quarter of a picture: the rest is not shaded
-    normals = vertex_normals(head.mean.astype(np.float64), head.faces)[head.faces]
-    shown = np.einsum("nc,ncd->nd", buffers.barycentrics[seen], normals[buffers.facet_id[seen] - 1])
-    shown = shown @ pose.rotation.T
+    normals = vertex_normals(head.mean.astype(np.float64), head.faces)
+    corners, share = head.faces[buffers.facet_id[seen] - 1], buffers.barycentrics[seen]
+
+    def towards(direction: np.ndarray) -> np.ndarray:
+        """Cosine of each pixel's normal and a direction in the camera frame, 0 beyond."""
+        at_vertices = normals @ pose.rotation.T @ (direction / np.linalg.norm(direction))
+        return np.clip((share * at_vertices[corners]).sum(axis=1), 0, None)
+
     to_lamp = np.array(lamp) / np.linalg.norm(lamp)
-    between = to_lamp - np.array([0, 0, 1])
-    matt = 0.35 + 0.75 * np.clip(shown @ to_lamp, 0, None)
-    shine = gloss * np.clip(shown @ (between / np.linalg.norm(between)), 0, 1) ** 24
+    matt = 0.35 + 0.75 * towards(to_lamp)
+    shine = gloss * np.minimum(towards(to_lamp - np.array([0, 0, 1])), 1) ** 24
     fine = np.full(buffers.rgb.shape, 100.0)
     fine[seen] = buffers.rgb[seen] * matt[:, None] + shine[:, None]
     small = cv2.resize(fine, camera.size, interpolation=cv2.INTER_AREA)
