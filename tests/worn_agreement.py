@@ -29,7 +29,7 @@ from abs_engine.learn.opening import LabelledMouth, disagreement, learn_opening,
 from abs_engine.render.select import open_renderer
 from abs_engine.tracking.frame.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.loop import track
-from abs_engine.tracking.models.worn import fitted_clip, found_mouth
+from abs_engine.tracking.models.worn import fitted_clip, found_mouth, labelled_by_network
 from abs_engine.tracking.options import Clip, ClipTracker, Leaves, TrackOptions
 
 FloatArray = NDArray[np.float64]
@@ -133,8 +133,9 @@ def of_speaker(name: str, clips: dict[str, Labelled], own: bool, whole: bool) ->
     seen = Clip(clip.video, info, Camera.ideal(info.size), None)
     with open_renderer("cpu") as renderer, one_thread():
         looks = None if own else learn_opening(others)
-        images, opening, mouths = found_mouth(seen, OPTIONS, looks, str)
-        sys.stdout.write(f"{name:<12}disagreement {disagreement(opening.looks, mouths):.2f}\n")
+        images, opening, more = found_mouth(seen, OPTIONS, looks, str)
+        unlike = disagreement(opening.looks, labelled_by_network(more, opening.spot))
+        sys.stdout.write(f"{name:<12}disagreement {unlike:.2f}\n")
         given = OPTIONS, Leaves.of(OPTIONS), renderer
         tracker = fitted_clip(seen, load_speaker(), opening, images, *given)
         return [

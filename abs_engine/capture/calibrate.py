@@ -45,6 +45,8 @@ class Calibration:
 def calibrate_camera(pictures: Sequence[Corners], size: tuple[int, int]) -> Calibration:
     """Intrinsics and distortion of a camera from a board in each picture (Zhang 2000, by OpenCV).
 
+    `size` is the pictures' (width, height), px.
+
     Raises
     ------
     CalibrationError

@@ -221,10 +221,14 @@ def _assembled(path: Path, recording: RecordedPoints, table: CorpusTable) -> Cor
     try:
         named = {name for group in table.groups.values() for name in group}
         at = [k for k, name in enumerate(names) if name in named]
-        face = recording.points[used][:, at], [names[k] for k in at], [first + f for f in used]
-        check_unit(face[0])
-        check_wild(*face)
-        check_exchanged(*face)
+        points, own, frames = (
+            recording.points[used][:, at],
+            [names[k] for k in at],
+            [first + f for f in used],
+        )
+        check_unit(points)
+        check_wild(points, own, frames)
+        check_exchanged(points, own, frames)
         check_size(shown)
         made = Corpus(shown, names, tuple(spans), table.groups, source=path.name)
         check_lips(made)

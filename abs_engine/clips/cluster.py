@@ -7,7 +7,6 @@ import logging
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -124,5 +123,10 @@ def workers_of(address: str) -> Iterator[Client]:
 
 
 def _check_installed() -> None:
-    if find_spec("distributed") is None:
-        raise ParameterError("many clips need Dask distributed", "pip install 'abs-engine[clips]'")
+    try:
+        import distributed
+    except ImportError as error:
+        raise ParameterError(
+            "many clips need Dask distributed", "pip install 'abs-engine[clips]'"
+        ) from error
+    del distributed

@@ -112,9 +112,9 @@ class FacetLikelihood:
         """-log f(O|p) of one candidate, and its borders with what it gains as they move, in nats.
 
         Up to `reach` drawn pixels to either side of a border are looked at. If `local`, only the
-        slope where it is counts, not where it would gain most; `floor` is its least curvature, of
-        probability per pixel. Raises `ParameterError` if one sample stands for a facet: then
-        borders are not what counts.
+        slope where it is counts, not where it would gain most; `floor` is a border's least
+        curvature, of probability per pixel. Raises `ParameterError` if one sample stands for a
+        facet: then borders are not what counts.
         """
         if self.rule != "exact":
             raise ParameterError("one sample for a facet has no borders", "choose the exact sum")

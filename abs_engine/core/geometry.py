@@ -206,10 +206,10 @@ def compose(outer: Pose, inner: Pose) -> Pose:
     return Pose(outer.rotation @ inner.rotation, outer.apply(inner.translation))
 
 
-def vectors(poses: list[Pose]) -> tuple[FloatArray, FloatArray]:
+def pose_vectors(poses: list[Pose]) -> tuple[FloatArray, FloatArray]:
     """Rotation vectors and translations (T, 3) of poses."""
-    rotations = np.array([pose.rotation_vector for pose in poses])
-    return rotations, np.array([pose.translation for pose in poses])
+    rotations = np.reshape([pose.rotation_vector for pose in poses], (-1, 3))
+    return rotations, np.reshape([pose.translation for pose in poses], (-1, 3))
 
 
 FACING: FloatArray = np.diag([1.0, -1.0, -1.0])

@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import InputFileError, ModelFormatError
-from abs_engine.core.geometry import Pose, compose, vectors
+from abs_engine.core.geometry import Pose, compose, pose_vectors
 from abs_engine.core.kinds import checked_frame
 from abs_engine.dataset import codec
 from abs_engine.dataset.camera_file import PlacedCamera, load_placed_camera
 from abs_engine.dataset.clip import Clip
 from abs_engine.dataset.picture import AGAIN, read_picture
 from abs_engine.io.arrays import Layout, real, truth
+from abs_engine.io.assets import LIPS_OF_68
 from abs_engine.io.npz import read_npz
 from abs_engine.io.video import read_frames
 
@@ -151,6 +152,16 @@ class Truth(Clip):
         return self._points["landmark_visible"]
 
     @property
+    def lip_pixels(self) -> FloatArray:
+        """Pixels (T, 20, 2) of the landmarks of the lips, seen or not."""
+        return self.landmark_pixels[:, LIPS_OF_68]
+
+    @property
+    def lip_visible(self) -> BoolArray:
+        """Mask (T, 20) of the landmarks of the lips that the camera sees."""
+        return self.landmark_visible[:, LIPS_OF_68]
+
+    @property
     def mirror_pixels(self) -> FloatArray | None:
         """Pixels (T, 68, 2) of the landmarks in the mirror, if there is one."""
         return self._points.get("mirror_landmark_pixels")
@@ -195,7 +206,7 @@ def load_view(clip: Clip, folder: Path) -> Truth:
     if not (folder / codec.VIDEO).is_file():
         raise InputFileError(f"{folder / codec.VIDEO} does not exist", AGAIN)
     poses = [compose(placed.pose(t), clip.world_pose(t)) for t in range(len(clip))]
-    rotations, translations = vectors(poses)
+    rotations, translations = pose_vectors(poses)
     shared = {f.name: getattr(clip, f.name) for f in fields(Clip)}
     return Truth(
         folder=folder,

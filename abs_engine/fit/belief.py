@@ -30,8 +30,8 @@ _RIDGE = 1e-9  # of the largest curvature: some directions may say nothing
 class Unknown:
     """Uncertainty that is added to a fit's own.
 
-    The standard deviation that its curvature tells is multiplied by `factor`; added to it are, in
-    the measure's unit, `least` and a `share` of the measure's size, which adds no more than `most`.
+    The standard deviation that its curvature tells is multiplied by `factor`; added to it in
+    squares are, in the measure's unit, `least` and a `share` of the measure's size, at most `most`.
     """
 
     factor: float = 1.0

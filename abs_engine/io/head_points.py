@@ -15,7 +15,7 @@ POINTS, POINTS_FORMAT, POINTS_VERSIONS = "points.json", "abs_engine.points", (1,
 
 
 def load_points(path: Path, vertices: int, faces: int) -> dict[str, NDArray[np.int32]]:
-    """Read the frozen vertex lists of a head with that many vertices and faces; none without file.
+    """Read the frozen vertex lists of a head with that many vertices and faces; empty without one.
 
     Raises
     ------

@@ -49,6 +49,10 @@ class NewFolder:
         also for any `OSError` of the writing.
     """
 
+    what = "what an interrupted command had kept"
+    remedy = "finish it by the same command, choose another name, or remove that folder"
+    """What is said of work that can be continued, and what to do."""
+
     def __init__(self, folder: Path) -> None:
         self.target = Path(folder)
         self._check()
@@ -95,10 +99,7 @@ class NewFolder:
     def _begin(self) -> None:
         """Make ready what is filled."""
         if is_kept(self.partial):
-            raise OutputError(
-                f"{self.partial} holds what an interrupted command had kept",
-                "finish it by the same command, choose another name, or remove that folder",
-            )
+            raise OutputError(f"{self.partial} holds {self.what}", self.remedy)
         self._begin_again()
 
     def _begin_again(self) -> None:

@@ -29,7 +29,8 @@ def held_out_variances(
 ) -> FloatArray:
     """Variances (P,), mm^2, of as many modes in frames that are not among those learned from.
 
-    None of them is below that in the frames themselves, `variances`. Where the others are too few
+    `rest` (N, 3), mm, are the points at rest. No variance is below that in the frames themselves,
+    `variances`. Where the others are too few
     to learn so many modes from, or move in fewer ways, they are `variances` as they are.
 
     Notes

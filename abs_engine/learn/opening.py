@@ -126,10 +126,11 @@ def _pixels(
 
 
 def disagreement(looks: OpeningLooks, mouths: Sequence[LabelledMouth]) -> float:
-    """Disagreement of what was learned with the points of a clip's frames; NaN where none has any.
+    """Disagreement of what was learned with the points of a clip's frames.
 
     Near the inner lips, the mean -log probability of the sides that pixels lie on, less the
-    correlation over frames of how much lies inside.
+    correlation over frames of how much lies inside; NaN where no frame has points, or by them the
+    mouth hardly moves.
     """
     unlike, shares = [], []
     for mouth in [mouth for mouth in mouths if np.isfinite(mouth.points).all()]:
@@ -140,7 +141,7 @@ def disagreement(looks: OpeningLooks, mouths: Sequence[LabelledMouth]) -> float:
         unlike.append(np.average(-np.log(given), weights=weight))
         inside = sides == SIDES.index("inside"), maps[SIDES.index("inside")]
         shares.append([np.average(part, weights=weight) for part in inside])
-    if not unlike:
+    if not unlike or np.std([share for share, _ in shares]) < LEARNING.opening_varied:
         return float("nan")
     labelled, seen = (np.array(shares) - np.mean(shares, axis=0)).T
     together = labelled @ seen / max(np.linalg.norm(labelled) * np.linalg.norm(seen), 1e-9)

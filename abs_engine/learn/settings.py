@@ -143,6 +143,10 @@ class LearningSettings:
         Of a frame, besides mirrored ones. Not measured.
     opening_near : float, px
         About the inner lips that most of these pixels lie within. Not measured.
+    opening_varied : float, standard deviation of the share near the inner lips that is inside
+        By which a mouth must move for a model's disagreement with it. Chosen on p01 to p08 and
+        eight speakers of labelled close-ups (0.047 and more). Measured on p09 to p16: 0.07 and
+        more, but for p13, a smile that hardly moves (0.02).
     opening_anywhere : float, share of these pixels
         That lie elsewhere. Not measured.
     opening_reach : float, px
@@ -237,6 +241,7 @@ class LearningSettings:
     opening_pixels: int = 250
     opening_copies: int = 2
     opening_near: float = 4.0
+    opening_varied: float = 0.04
     opening_anywhere: float = 0.15
     opening_reach: float = 34.0
     opening_off: tuple[float, ...] = (0.03, 0.05, 0.06, 0.03)

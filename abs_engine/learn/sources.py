@@ -40,6 +40,8 @@ class Source:
 def learn_sources(rest: FloatArray, sources: Sequence[Source], modes: int) -> LearnedPhysics:
     """Physics of all sources, of a frame or more each, together, each of which counts the same.
 
+    `rest` (N, 3), mm, are the points at rest.
+
     A recording's frames are much alike, so that how many there are of them says little about how
     much was seen; a clip of two seconds may be all that there is of a posture. Errors are those of
     `modal.learn`.

@@ -113,6 +113,8 @@ def along_axes(
         Values (B,) at vectors (B, n).
     found : Solution
         With its information.
+    tolerance : float, of the objective
+        Differences of values below which the search ends.
     limit : int
         Largest number of evaluations; none are made where it is too small for a triangle.
     edge : float

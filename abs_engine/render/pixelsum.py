@@ -51,7 +51,7 @@ def colour_error(
 
 
 def texel_cells(texture: NDArray[np.uint8]) -> NDArray[np.int32]:
-    """A texture (3, h, w) int32 with each texel's right, lower and lower right neighbour beside it.
+    """Cells (3, h, w) int32 of a texture: each texel with its right, lower and lower right one.
 
     For each channel the four values that bilinear interpolation needs, eight bits each, so that
     they come with one load; the edge is repeated.

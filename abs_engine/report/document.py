@@ -18,8 +18,8 @@ MISSED = "not met"
 def document(title: str, body: str, *, head: str = "", style: str = "", end: str = "") -> str:
     """A whole page that needs nothing from outside and is no wider than its screen.
 
-    The title is text, the rest HTML: what is seen, more of its head, and what stands behind; and
-    CSS beside the look that all pages have.
+    The title is text; `body`, `head` (more of the page's head) and `end` (behind what is seen) are
+    HTML, `style` CSS beside the look that all pages have.
     """
     return f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">{head}

@@ -97,7 +97,8 @@ def shorten(
                 "give the video that was tracked",
             )
 
-    return Film(film_bytes(small(), rate, QUALITY, times), size), kept
+    content = film_bytes(small(), rate, QUALITY, times)  # whose first picture gives the size
+    return Film(content, size), kept
 
 
 def mouth_picture(

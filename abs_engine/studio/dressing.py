@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.geometry import Pose, compose, vectors
+from abs_engine.core.geometry import Pose, compose, pose_vectors
 from abs_engine.dataset.codec import BOARD, HAND, MICROPHONE
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.cast import Actor
@@ -70,7 +70,7 @@ def _occluder(
 
 def prop_of(code: int, mesh: Mesh, poses: list[Pose], present: BoolArray) -> Prop:
     """A mesh in its pose in each frame, (T,), its own frame to world."""
-    rotations, translations = vectors(poses)
+    rotations, translations = pose_vectors(poses)
     colour = np.asarray((mesh.colours / 255) ** 2.2, np.float32)  # sRGB, nearly
     return Prop(
         code, mesh.vertices, mesh.faces, mesh.normals, colour, rotations, translations, present

@@ -14,7 +14,7 @@ import numpy as np
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.geometry import FACING, Pose, vectors
+from abs_engine.core.geometry import FACING, Pose, pose_vectors
 from abs_engine.core.kinds import check_kind, is_of, to_path
 from abs_engine.core.provenance import code_digest
 from abs_engine.io.assets import Speaker, load_speaker
@@ -57,8 +57,12 @@ def film_scene(
     ParameterError, InputFileError, ModelFormatError
         If something in the scene cannot be filmed.
     OutputError
-        If an unfinished data set of another scene lies beside the folder; `SameOutputError` if it
-        is this data set, whole. Other errors as `make`.
+        If the folder exists or cannot be written, or an unfinished data set of another scene lies
+        beside it; `SameOutputError` if it is this data set, whole.
+    StudioError
+        If pyrender cannot draw on this machine.
+    KeyboardInterrupt
+        If interrupted; its text says what was kept.
     """
     check_kind("scene", scene, (is_of(SceneFile), "a SceneFile, as read_scene returns"))
     folder = to_path("folder", folder)
@@ -101,8 +105,8 @@ def plan_of(
         for pose in map(sequence.pose, range(len(sequence)))
     ]
     times = np.arange(len(sequence)) / sequence.rate
-    rotations, translations = vectors(heads)
-    view_rotations, view_translations = vectors([stands])
+    rotations, translations = pose_vectors(heads)
+    view_rotations, view_translations = pose_vectors([stands])
     plan = ClipPlan(
         name="clip",
         person=sequence.person,

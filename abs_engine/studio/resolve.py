@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.geometry import Pose, compose, vectors
+from abs_engine.core.geometry import Pose, compose, pose_vectors
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.appearance.look import Light
 from abs_engine.studio.cameras import check_view, glass, lens, stand
@@ -59,7 +59,7 @@ def plan_clip(
     times = np.arange(len(said.weights)) / scene.rate
     events = pick("event", scene.event, entry.events, where)
     heads = head_poses(entry.motion, times, rng, said.head, _leaving(events, times))
-    rotations, translations = vectors(heads)
+    rotations, translations = pose_vectors(heads)
     lamps = pick("light", scene.light, entry.lights, where)
     plan = ClipPlan(
         name=entry.name, person=entry.speaker, sentence=said.text,
@@ -134,7 +134,7 @@ def _views(
         poses = [stands]
         if camera.mount == "head":
             poses = [compose(stands, head.inverse) for head in heads]
-        rotations, translations = vectors(poses)
+        rotations, translations = pose_vectors(poses)
         views.append(
             View(
                 name=camera.name,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.geometry import Pose, edges_of, vectors, vertex_normals
+from abs_engine.core.geometry import Pose, edges_of, pose_vectors, vertex_normals
 from abs_engine.dataset.codec import OTHER
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.appearance.look import Colour
@@ -48,7 +48,9 @@ def shirt(
     poses = [Pose.from_vectors(0.25 * head.rotation_vector, head.apply(anchor)) for head in heads]
     cloth = np.tile(np.array(colour, np.float32), (len(vertices), 1))
     present = np.ones(len(heads), np.bool_)
-    return Prop(OTHER, vertices.astype(np.float32), faces, normals, cloth, *vectors(poses), present)
+    return Prop(
+        OTHER, vertices.astype(np.float32), faces, normals, cloth, *pose_vectors(poses), present
+    )
 
 
 def _strips(rings: int, around: int) -> NDArray[np.int32]:

@@ -119,7 +119,7 @@ def _of(record: Record, tracker: ClipTracker, chosen: TrackOptions) -> Run:
 def _options(
     given: dict[str, Any], camera: str | Path | Camera | None, terms: str | Sequence[str] | None
 ) -> TrackOptions:
-    # Its file follows from the model
+    # `model_file` follows from `model`
     known = [one.name for one in fields(TrackOptions) if one.name != "model_file"]
     named = [name for name in signature(track).parameters if name not in ("video", "options")]
     for name in given:

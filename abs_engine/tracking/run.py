@@ -193,7 +193,8 @@ def track_video(
                     say(f"resuming: {counted(journal.resumed, 'frame')} already tracked")
                 record, told = write_run(
                     made.work, tracker.setting, tracker.results(journal), settings,
-                    tracker.info.frames, progress, made.partial, took, journal.resumed,
+                    tracker.info.frames, progress, kept=made.partial, preparation=took,
+                    resumed=journal.resumed,
                 )  # fmt: skip
             if options.smooth is not None:
                 smoothed = Smoothing.named(options.smooth).measures(record.arrays)

@@ -380,6 +380,8 @@ def test_curves_of_the_lips(made):
         assert truth.aperture[frame] == pytest.approx(opening, abs=1e-4)
         wide = np.linalg.norm(face[48] - face[54])
         assert truth.width[frame] == pytest.approx(wide, abs=1e-4)
+    np.testing.assert_array_equal(truth.lip_pixels, truth.landmark_pixels[:, 48:])
+    np.testing.assert_array_equal(truth.lip_visible, truth.landmark_visible[:, 48:])
     assert truth.in_picture.all()
     assert truth.weld.max() + 1 < len(truth.neutral)
 

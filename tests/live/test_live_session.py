@@ -38,7 +38,6 @@ from abs_engine.live.reader import Reader
 from abs_engine.live.release import Released
 from abs_engine.live.server import served
 from abs_engine.live.session import ending, follow
-from abs_engine.tracking.frame.frame_state import Memory
 from abs_engine.tracking.runs.record import load_run
 
 FRAMES, RATE, LEARN = 5, 5, 0.8
@@ -199,7 +198,7 @@ def test_a_feed_that_ends_before_a_frame_is_tracked_is_refused(film):
     reader.collect(60.0)
     list(reader.shots())
     with pytest.raises(VideoError, match="5 frames had gone by before one was tracked in time"):
-        follow(SimpleNamespace(setting=setting, memory=Memory()), reader, 1.0, print, print)
+        follow(SimpleNamespace(setting=setting), reader, 1.0, print, print)
 
 
 @pytest.fixture

@@ -84,7 +84,10 @@ class Palette:
 
 @dataclass(frozen=True, eq=False)
 class ComparedColours:
-    """Pixels (N, 3) of a picture, as `features` gives them, beside the classes of a clip."""
+    """Pixels (N, 3) of a picture, as `features` gives them, beside the classes of a clip.
+
+    `shape` is the picture's height and width.
+    """
 
     palette: Palette
     samples: FloatArray

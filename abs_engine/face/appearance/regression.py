@@ -80,7 +80,7 @@ class Frames:
         names = None if self.recordings is None else self.recordings[kept]
         return Frames(self.values[kept], self.seen[kept], self.parameters[kept], names)
 
-    @property
+    @cached_property
     def ridge(self) -> float:
         """The ridge with which recordings foretell others best; the usual one without any."""
         if self.recordings is None:

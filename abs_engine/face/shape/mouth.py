@@ -48,7 +48,8 @@ def mouth_shape(
     after scans, move lips otherwise, and farther from front to back. Where the person may be
     `anybody`, units move the face from front to back as scans do, and across it as they do in a
     share `SHAPE.scanned_units` of the postures; and the mouth goes less far to a side than in the
-    postures, which are made to show how far it can go.
+    postures, which are made to show how far it can go. Generators are the units of `mouth_units`
+    and, for anybody, how those of scans differ across the face.
 
     Parameters
     ----------
@@ -56,8 +57,7 @@ def mouth_shape(
         The person's neutral vertices.
     anybody : bool
         Whether this is not the person's own head; only the `average_person`, or it at another
-        size, may be anybody's. Generators are the units of `mouth_units` and, then, how those of
-        scans differ across the face.
+        size, may be anybody's.
 
     Raises
     ------

@@ -39,7 +39,7 @@ def unit_differences(names: Sequence[str]) -> NDArray[np.float32]:
 
     See ``assets/population/PROVENANCE.md``. The file has them from the bundled head's: its border
     of the lips moves there as that of the scans, on which the average person's lies. `names` are
-    ARKit's. Raises as `load_population`, and if the file lacks a unit.
+    ARKit's. Raises as `load_population`, and `ModelFormatError` if the file lacks a unit.
     """
     artist = load_speaker()
     path = shipped(UNITS)

@@ -44,7 +44,11 @@ def fit_figures(
     sides: Mapping[str, Truth],
     known: Sequence[FrameError],
 ) -> None:
-    """Keep figures 3 to 9 of one person: the test clip by camera, fits with the pose known."""
+    """Keep figures 3 to 9 of one person.
+
+    `sides` is the test clip by camera; `known` are fits with the pose known, of this person and
+    by `BEST` among them.
+    """
     front, renderer = sides[FRONT], report.renderer
     opened = int(np.argmax(front.aperture))
     picture = list(front.pictures())[opened]

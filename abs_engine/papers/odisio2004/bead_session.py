@@ -15,7 +15,7 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
-from abs_engine.core.geometry import FACING, Pose, compose, vectors
+from abs_engine.core.geometry import FACING, Pose, compose, pose_vectors
 from abs_engine.dataset.codec import BOARD as BOARD_CODE
 from abs_engine.learn.spoken import SpokenCorpus, bite_plane_of
 from abs_engine.papers.odisio2004.filmed import with_beads
@@ -147,7 +147,7 @@ def _turned(view: View, name: str, yaw: float, middle: FloatArray) -> View:
     """A view from another side of a place (3,), mm, world frame."""
     turn = Pose.from_vectors([0.0, yaw, 0.0], np.zeros(3)).rotation
     about = Pose(turn, middle - turn @ middle)
-    rotations, translations = vectors([compose(view.pose(0), about)])
+    rotations, translations = pose_vectors([compose(view.pose(0), about)])
     return replace(view, name=name, rotations=rotations, translations=translations, crf=10)
 
 

@@ -75,6 +75,8 @@ def film_visemes(
 ) -> VisemePictures:
     """Film each viseme of a corpus once, from the front, the head moved a little each time.
 
+    `size` is the pictures' (width, height), px.
+
     Parameters
     ----------
     folder : Path

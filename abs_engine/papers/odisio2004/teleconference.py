@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.geometry import compose, vectors
+from abs_engine.core.geometry import compose, pose_vectors
 from abs_engine.core.pose import parted
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
@@ -56,7 +56,7 @@ def film_worn(
     plan = plan_sentence(speaker, person, sentence, Camera.ideal(SIZE), seed, BEADS)
     worn = stand(CameraEntry(mount="head", position=PLACE), camera, speaker, plan.neutral)
     heads = [plan.head(frame) for frame in range(len(plan))]
-    rotations, translations = vectors([compose(worn, head.inverse) for head in heads])
+    rotations, translations = pose_vectors([compose(worn, head.inverse) for head in heads])
     view = replace(plan.views[0], camera=camera, rotations=rotations, translations=translations)
     plan = replace(plan, views=(view,))
     return film_plan(speaker, cut(plan, FRAMES), sentence, shape.vertices), plan.dots

@@ -170,7 +170,7 @@ def splits(count: int, seed: int, rounds: int) -> list[tuple[IntArray, IntArray]
     """Random shares of four fifths to learn from, and the rest to test on.
 
     Of five rounds each viseme is tested once: the shuffled visemes are cut into five parts; fewer
-    rounds take the first parts, a single one the end.
+    rounds test on the first of them, a single round on the last fifth.
     """
     order = np.random.default_rng([seed, 2]).permutation(count)
     parts = [order[round(0.8 * count) :]] if rounds == 1 else np.array_split(order, 5)[:rounds]

@@ -242,7 +242,7 @@ def head_setting(
     `given` are the head's poses, where they are known.
     """
     model, classes, shape = fitted.model, fitted.classes, fitted.shape
-    # As uncertain as anybody's: what a fit may lie off them
+    # The person's landmarks are as uncertain as anybody's: what a fit may lie off them
     noisy = replace(shape, deviation=fitted.deviation)
     lips = LipLandmarks.of(noisy, model.n_expression, clip.camera)
     marks = MouthLandmarks(model.n_expression, lips, options.evidence)

@@ -6,6 +6,7 @@ faces". No face is needed; the mouth is found, and followed by local appearance 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -57,8 +58,9 @@ _UPSIDE_DOWN = (
     "degrees, for example with ffmpeg -vf hflip,vflip"
 )
 _UNLIKE = (
-    "the model opens this mouth unlike the landmarks do, as one that was learned from another kind "
-    "of camera: track without --model, or label frames of this camera and learn again with 'mouths'"
+    "the model opens this mouth differently from the landmarks, as if it had been learned from "
+    "another kind of camera: track without --model, or label frames of this camera and learn again "
+    "with 'mouths'"
 )
 _LAYERS = 3
 _LAYOUT: Layout = {
@@ -118,23 +120,24 @@ def prepare_worn(
     leaves.check("worn")
     looks = None if options.model_file is None else load_looks(options.model_file)
     speaker = load_speaker(options.speaker)
-    images, opening, mouths = found_mouth(clip, options, looks, tell)
+    images, opening, seen = found_mouth(clip, options, looks, tell)
     tell("fitting the head")
     made = fitted_clip(clip, speaker, opening, images, options, leaves, renderer)
     found = options.mouth is None
     warnings = _doubts(images, found)
     if looks is None:
         warnings = [_UNLEARNED, *warnings]
-    elif found and not warnings and disagreement(looks, mouths) > CLOSE_UP.most_unlike:
-        warnings = [_UNLIKE]
+    elif found and not warnings:
+        unlike = disagreement(looks, labelled_by_network(seen, opening.spot))
+        warnings = [_UNLIKE] if unlike > CLOSE_UP.most_unlike else []
     setting = replace(made.setting, warnings=tuple(warnings))
     return replace(made, setting=setting, remarks="\n".join(warnings))
 
 
 def found_mouth(
     clip: Clip, options: TrackOptions, looks: OpeningLooks | None, tell: Tell
-) -> tuple[list[Image], Opening, list[LabelledMouth]]:
-    """Frames of a clip, its mouth's place and looks, and frames with the landmark network's points.
+) -> tuple[list[Image], Opening, list[Image]]:
+    """Some frames of a clip, the place and looks of its mouth, and more frames.
 
     Errors as `prepare_worn`.
     """
@@ -145,11 +148,15 @@ def found_mouth(
     if options.mouth is not None:
         x, y, width, height = options.mouth
         spot = MouthSpot(x + 0.5 * (width - 1), y + 0.5 * (height - 1), width)
-    mouths = [LabelledMouth(i, mouth_points(i, spot), spot) for i in seen]
-    if looks is not None:
-        return images, Opening(looks, spot), mouths
-    tell("learning its looks")
-    return images, Opening(learn_opening(mouths), spot), mouths
+    if looks is None:
+        tell("learning its looks")
+        looks = learn_opening(labelled_by_network(seen, spot))
+    return images, Opening(looks, spot), seen
+
+
+def labelled_by_network(images: Sequence[Image], spot: MouthSpot) -> list[LabelledMouth]:
+    """Frames of a close-up with the landmark network's points, as if people had put them there."""
+    return [LabelledMouth(image, mouth_points(image, spot), spot) for image in images]
 
 
 def fitted_clip(

@@ -34,17 +34,18 @@ def write_run(
     settings: dict[str, Any],
     expected: int,
     progress: Progress | None = None,
+    *,
     kept: Path | None = None,
     preparation: float = 0.0,
     resumed: int = 0,
 ) -> tuple[Record, dict[str, Any]]:
     """Track to the end and write everything into an existing folder.
 
-    Results are as `track` yields them; so many are expected, 0 where that is not known. The
+    Results are as `track` yields them; `expected` is their number, 0 where that is not known. The
     settings, JSON values, are for ``run.json``. `progress` is called after every frame. The frames'
-    numbers are in the folder `kept`, by default the same one, until they are written. The
-    preparation took some seconds, and so many frames were found before. With the record what
-    ``run.json`` holds is returned, and `timing`, what ``timing.json`` holds.
+    numbers are in the folder `kept`, by default the same one, until they are written. `preparation`
+    took some seconds, and `resumed` frames had been found before. With the record what ``run.json``
+    holds is returned, and `timing`, what ``timing.json`` holds.
 
     Raises
     ------

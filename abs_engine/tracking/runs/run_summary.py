@@ -47,7 +47,7 @@ def summary(
     landmarks = _by_landmarks(arrays, face, bool(small))
     shots = _shots(arrays)
     scores = arrays["score"][found & np.isfinite(arrays["score"])]
-    score = float(scores.mean()) if len(scores) else None  # no evidence may say
+    score = float(scores.mean()) if len(scores) else None  # where no evidence says
     source = score_of(arrays["term_names"].tolist(), face.name)
     little = little_explained(source or "colour", score)
     lost = mostly_lost(found, arrays["status"])
