@@ -7,27 +7,15 @@ import threading
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
+
+from abs_engine.core.threads import made_within
 
 Item = TypeVar("Item")
 TIMING = "timing.json"
 """What a result took: the only file of it that differs from one time to the next."""
-_END = object()
-
-
-def made_within(
-    scope: Callable[[], AbstractContextManager[object]], items: Iterable[Item]
-) -> Iterator[Item]:
-    """The same items, each made within a context of its own, and used outside of it."""
-    source = iter(items)
-    while True:
-        with scope():
-            item = next(source, _END)
-        if item is _END:
-            return
-        yield item  # type: ignore[misc]  # never _END
 
 
 class Clock:

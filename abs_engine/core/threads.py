@@ -238,6 +238,19 @@ def one_thread() -> AbstractContextManager[None]:
     return _QUIET.used()
 
 
+def made_within(
+    scope: Callable[[], AbstractContextManager[object]], items: Iterable[Item]
+) -> Iterator[Item]:
+    """The same items, each made within a context of its own, and used outside of it."""
+    source = iter(items)
+    while True:
+        with scope():
+            item = next(source, _END)
+        if item is _END:
+            return
+        yield item  # type: ignore[misc]  # never _END
+
+
 @contextmanager
 def closed_after(items: Iterable[Item]) -> Iterator[Iterable[Item]]:
     """Close a generator when the context ends, also by an error: its thread ends with it."""

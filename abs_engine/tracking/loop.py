@@ -9,12 +9,11 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.blocks import POSTURE
-from abs_engine.core.clock import made_within
 from abs_engine.core.errors import OutOfPictureError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.numpy_errors import as_usual
 from abs_engine.core.pose import at_base
-from abs_engine.core.threads import DEPTH, ahead, closed_after, one_thread, workers
+from abs_engine.core.threads import DEPTH, ahead, closed_after, made_within, one_thread, workers
 from abs_engine.face.base import Face
 from abs_engine.fit.answers import check_value
 from abs_engine.fit.belief import belief_of, share_of_landmarks
