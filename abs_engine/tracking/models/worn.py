@@ -183,7 +183,9 @@ def fitted_clip(
         face, clip.camera, renderer, clip.info.rate, StillMotion(pose), binder,
         leaves.driver.minimiser(), times=clip.info.times,
     )  # fmt: skip
-    return ClipTracker(clip.video, clip.info, setting, scale, facts={"start": "worn"})
+    return ClipTracker(
+        clip.video, clip.info, setting, scale, facts={"start": "worn", "evidence": None}
+    )
 
 
 def _doubts(images: list[Image], found: bool) -> list[str]:

@@ -154,6 +154,7 @@ def test_a_close_up_is_followed(run):
     tracked, setting = load_run(run), json.loads((run / "run.json").read_text())
     assert tracked["found"].all()
     assert setting["settings"]["model"] == "worn"
+    assert setting["settings"]["evidence"] is None
     assert setting["summary"]["warnings"] == []
     true = np.array([inner_points("amara", a) for a in NEW])
     width = np.ptp(true[0, :2, 0])
