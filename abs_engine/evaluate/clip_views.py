@@ -43,12 +43,7 @@ def shown_view(
     views = {checksum: view for view, checksum in videos.items()}
     tracked = {path: views.get(digest) for path in results if (digest := video_sum(path))}
     known = [view for view in tracked.values() if view is not None]
-    if len(set(known)) > 1:
-        told = ", ".join(f"{p.name} of {'/'.join(v)}" for p, v in tracked.items() if v is not None)
-        raise ParameterError(
-            f"a report shows one clip by one camera, but the runs are of several ({told})",
-            "write one report for each",
-        )
+    _check_one(tracked)
     if known and known[0] not in fitting:
         raise ParameterError(
             f"the runs are of {'/'.join(known[0])}, not of {choices(fitting)}",
@@ -101,3 +96,13 @@ def _fitting(
             f"{dataset.folder} has no view '{asked}'", f"there are {choices(dataset.views)}"
         )
     return found
+
+
+def _check_one(tracked: dict[Path, tuple[str, str] | None]) -> None:
+    """Refuse runs of different views."""
+    if len({view for view in tracked.values() if view is not None}) > 1:
+        told = ", ".join(f"{p.name} of {'/'.join(v)}" for p, v in tracked.items() if v is not None)
+        raise ParameterError(
+            f"a report shows one clip by one camera, but the runs are of several ({told})",
+            "write one report for each",
+        )

@@ -56,20 +56,12 @@ class _Buffer:
 
 
 def _write(run: TrackedRun, path: Path, arkit: bool) -> tuple[Loss, ...]:
-    if arkit:
-        names, weights = list(run.speaker.unit_names), unit_weights(run)
-        targets = run.speaker.units.astype(np.float64)
-    else:  # the pose comes first
-        targets, weights = run.mesh.modes.astype(np.float64), run.mesh.weights
-        names = [str(name) for name in run.arrays["parameter_names"][-len(targets) :]]
+    names, targets, weights = _units(run) if arkit else _modes(run)
     buffer = _Buffer()
     base = run.neutral if arkit else run.mesh.mean.astype(np.float64)
     mesh = _mesh(run, base, names, targets, buffer)
     mesh.weights = [0.0] * len(names)
-    width, height = run.camera.size
-    upright = 2 * np.arctan(height / (2 * float(run.camera.matrix[1, 1])))
-    lens = gl.Perspective(aspectRatio=width / height, yfov=float(upright), znear=0.05, zfar=100.0)
-    camera = gl.Camera(type="perspective", perspective=lens)
+    camera = gl.Camera(type="perspective", perspective=_perspective(run))
     head = gl.Node(name="head", mesh=0)
     turned = gl.Node(name="video camera", camera=0)  # glTF's look along -z, with y up
     look = gl.PbrMetallicRoughness(metallicFactor=0.0, roughnessFactor=0.7)
@@ -85,6 +77,16 @@ def _write(run: TrackedRun, path: Path, arkit: bool) -> tuple[Loss, ...]:
     document.set_binary_blob(bytes(buffer.content))
     document.save_binary(str(path))
     return _read_back(run, path, weights_of(run.speaker) if arkit else "")
+
+
+def _units(run: TrackedRun) -> tuple[list[str], FloatArray, FloatArray]:
+    return list(run.speaker.unit_names), run.speaker.units.astype(np.float64), unit_weights(run)
+
+
+def _modes(run: TrackedRun) -> tuple[list[str], FloatArray, FloatArray]:
+    count = len(run.mesh.modes)  # the pose comes first
+    names = [str(name) for name in run.arrays["parameter_names"][-count:]]
+    return names, run.mesh.modes.astype(np.float64), run.mesh.weights
 
 
 def _mesh(
@@ -115,6 +117,12 @@ def _colours(run: TrackedRun) -> NDArray[np.float32]:
     out = np.tile(np.array(_SKIN, np.float32), (len(head.vertices), 1))
     out[head.faces.ravel()] = np.repeat(classes[head.facet_class], 3, axis=0)
     return out
+
+
+def _perspective(run: TrackedRun) -> gl.Perspective:
+    width, height = run.camera.size
+    upright = 2 * np.arctan(height / (2 * float(run.camera.matrix[1, 1])))
+    return gl.Perspective(aspectRatio=width / height, yfov=float(upright), znear=0.05, zfar=100.0)
 
 
 _TURN = np.diag([1.0, -1.0, -1.0])  # OpenCV's camera to glTF's

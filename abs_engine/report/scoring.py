@@ -101,45 +101,59 @@ def evaluate(
             f"there are {len(results)} results and {len(truths)} truths",
             "give one truth, or one for each result",
         )
-    for path in map(Path, results):  # what is no result at all, before anything slow is read
-        if path.is_dir():
-            load_run(path)
-        elif not path.is_file():
-            raise InputFileError(f"{path} does not exist", _RESULTS)
+    for path in map(Path, results):
+        _check_result(path)
     warn_of_faults()
-    speaker, maps = load_speaker(), set[str]()
-    systems: dict[str, dict[str, Score]] = {}
-    clips: list[ClipScores] = []
-    views: list[str] = []
-    notes: dict[str, list[str]] = {}
     with NewFolder(folder) as made:
-        for name, path, truth in _loaded(results, truths, view):
-            marks = landmarks_of(truth, speaker)
-            estimate = read_result(path, truth, speaker, marks)
-            clip = measure(replace(estimate, name=name), truth, marks)
-            systems[name] = summary([clip], seed=seed)
-            notes[name] = list(notes_of(clip, systems[name]))
-            for note in notes[name]:
-                _log.warning("%s: %s", path, note)
-            _save_map(made.work / f"error_map_{_plain(name, maps)}.npz", estimate, truth)
-            if len(results) == 1 and path.is_dir():
-                draw(load_run(path), truth, made.work)
-            clips.append(clip)
-            views.append("/".join(truth.folder.parts[-2:]))
+        scored = _scored(results, truths, view, seed, made.work)
+        systems = {one.name: one.scores for one in scored}
         if len(truths) > 1:
-            systems[POOLED] = summary(clips, seed=seed)
+            systems[POOLED] = summary([one.clip for one in scored], seed=seed)
         facts = {
             **made_by(),
             "seed": seed,
             "confidence": LEVEL,
             "truths": [str(path) for path in truths],
-            "views": views,
-            "notes": {name: told for name, told in notes.items() if told},
+            "views": [one.view for one in scored],
+            "notes": {one.name: list(one.notes) for one in scored if one.notes},
         }
         (made.work / SCORES).write_text(score_table.as_json(systems, facts), encoding="utf-8")
         (made.work / TABLE).write_text(score_table.as_csv(systems), encoding="utf-8")
         made.finish()
     return Evaluation(Path(folder), systems)
+
+
+@dataclass(frozen=True, eq=False)
+class _Scored:
+    """A result, held against the view of its truth."""
+
+    name: str
+    clip: ClipScores
+    scores: dict[str, Score]
+    view: str
+    notes: tuple[str, ...]
+
+
+def _scored(
+    results: Sequence[Path], truths: Sequence[Path], view: View, seed: int, folder: Path
+) -> list[_Scored]:
+    """Score each result, say what is doubtful, and write its error map and its curves."""
+    speaker = load_speaker()
+    out: list[_Scored] = []
+    maps: set[str] = set()
+    for name, path, truth in _loaded(results, truths, view):
+        marks = landmarks_of(truth, speaker)
+        estimate = read_result(path, truth, speaker, marks)
+        clip = measure(replace(estimate, name=name), truth, marks)
+        scores = summary([clip], seed=seed)
+        told = notes_of(clip, scores)
+        for note in told:
+            _log.warning("%s: %s", path, note)
+        _save_map(folder / f"error_map_{_plain(name, maps)}.npz", estimate, truth)
+        if len(results) == 1 and path.is_dir():
+            draw(load_run(path), truth, folder)
+        out.append(_Scored(name, clip, scores, "/".join(truth.folder.parts[-2:]), told))
+    return out
 
 
 def notes_of(clip: ClipScores, scores: Mapping[str, Score]) -> tuple[str, ...]:
@@ -228,6 +242,14 @@ def landmarks_of(truth: Truth, speaker: Speaker) -> NDArray[Any] | None:
 def same_mesh(truth: Truth, speaker: Speaker) -> bool:
     """Whether the truth's mesh is the speaker's."""
     return np.array_equal(truth.faces, speaker.faces)
+
+
+def _check_result(path: Path) -> None:
+    """Raise `InputFileError` for what is no result at all, before anything slow is read."""
+    if path.is_dir():
+        load_run(path)
+    elif not path.is_file():
+        raise InputFileError(f"{path} does not exist", _RESULTS)
 
 
 def _loaded(

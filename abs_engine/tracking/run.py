@@ -186,16 +186,8 @@ def track_video(
                 prepared(took)
             if tracker.remarks:
                 say(remark_lines(tracker))
-            made.empty()
             settings = settings_of(tracker, options) | path_of(video, folder)
-            with FrameJournal(made.partial / FRAMES, fingerprint(tracker.setting)) as journal:
-                if journal.resumed:
-                    say(f"resuming: {counted(journal.resumed, 'frame')} already tracked")
-                record, told = write_run(
-                    made.work, tracker.setting, tracker.results(journal), settings,
-                    tracker.info.frames, progress, kept=made.partial, preparation=took,
-                    resumed=journal.resumed,
-                )  # fmt: skip
+            record, told = _recorded(made, tracker, settings, took, progress, say)
             if options.smooth is not None:
                 smoothed = Smoothing.named(options.smooth).measures(record.arrays)
                 write_smoothed(made.work, record.arrays, smoothed)
@@ -205,6 +197,25 @@ def track_video(
     if recorded is not None:
         recorded(tracker, record)
     return told
+
+
+def _recorded(
+    made: Unfinished,
+    tracker: ClipTracker,
+    settings: dict[str, Any],
+    took: float,
+    progress: Progress | None,
+    say: Tell,
+) -> tuple[Record, dict[str, Any]]:
+    """Track all frames but those that are kept, and write them; see `write_run`."""
+    made.empty()
+    with FrameJournal(made.partial / FRAMES, fingerprint(tracker.setting)) as journal:
+        if journal.resumed:
+            say(f"resuming: {counted(journal.resumed, 'frame')} already tracked")
+        return write_run(
+            made.work, tracker.setting, tracker.results(journal), settings, tracker.info.frames,
+            progress, kept=made.partial, preparation=took, resumed=journal.resumed,
+        )  # fmt: skip
 
 
 def remark_lines(tracker: ClipTracker) -> str:

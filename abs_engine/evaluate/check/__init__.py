@@ -12,7 +12,7 @@ from pathlib import Path
 from abs_engine.core.arrays import FloatArray, evenly
 from abs_engine.core.errors import AbsEngineError
 from abs_engine.core.kinds import to_path
-from abs_engine.dataset import ClipEntry, Dataset, codec, load_clip
+from abs_engine.dataset import ClipEntry, Dataset, Truth, codec, load_clip
 from abs_engine.dataset.camera_file import load_camera
 from abs_engine.dataset.dataset import read_record
 from abs_engine.dataset.view import load_view
@@ -60,20 +60,27 @@ def check_dataset(
     """
     dataset = read_record(to_path("folder", folder))
     found = [*files.sum_findings(dataset), *files.presence_findings(dataset)]
-    total, done = sum(len(chosen(c.frames, frames)) * len(c.cameras) for c in dataset.clips), 0
-
-    def looked() -> None:
-        nonlocal done
-        done += 1
-        if progress is not None:
-            progress(done, total)
-
+    count = _Count(dataset, frames, progress)
     for entry in dataset.clips:
         found += _tried(entry.name, _clip_findings(dataset, entry, frames))
         for camera in entry.cameras:
-            view = _view_findings(dataset, entry, camera, frames, looked)
+            view = _view_findings(dataset, entry, camera, frames, count)
             found += _tried(f"{entry.name}/{camera}", view)
     return merged(found)
+
+
+class _Count:
+    """Counts the frames that were looked into, of all views."""
+
+    def __init__(self, dataset: Dataset, frames: int | None, progress: Progress | None) -> None:
+        views = (len(chosen(c.frames, frames)) * len(c.cameras) for c in dataset.clips)
+        self._total, self._done, self._progress = sum(views), 0, progress
+
+    def one(self) -> None:
+        """One more."""
+        self._done += 1
+        if self._progress is not None:
+            self._progress(self._done, self._total)
 
 
 def _tried(name: str, findings: Iterator[Finding]) -> Iterator[Finding]:
@@ -108,13 +115,9 @@ def _clip_findings(dataset: Dataset, entry: ClipEntry, frames: int | None) -> It
 
 
 def _view_findings(
-    dataset: Dataset,
-    entry: ClipEntry,
-    camera: str,
-    frames: int | None,
-    looked: Callable[[], None],
+    dataset: Dataset, entry: ClipEntry, camera: str, frames: int | None, count: _Count
 ) -> Iterator[Finding]:
-    """Faults of a clip as a camera saw it; `looked` is called after each frame's pictures."""
+    """Faults of a clip as a camera saw it."""
     clip, name = load_clip(dataset.folder / entry.name), f"{entry.name}/{camera}"
     folder = dataset.folder / entry.name / camera
     size = load_camera(folder / codec.CAMERA).size
@@ -125,24 +128,34 @@ def _view_findings(
     yield from _tried(points, marks.point_findings(truth, points))
     boxes: marks.Boxes = {}
     yield from _tried(coco, marks.coco_findings(truth, folder / codec.COCO, coco, boxes))
-    renderer, classes_at = CpuRenderer(), marks.mark_classes(truth)
-    colours: dict[int, FloatArray] = {}
-
-    def pictures(frame: int) -> Iterator[Finding]:
-        sight = look(truth, frame)
-        yield from ids.id_findings(truth, sight, f"{name}/ids")
-        yield from ids.cover_findings(truth, sight, f"{name}/ids", renderer)
-        yield from marks.visible_findings(truth, sight, classes_at, points)
-        yield from marks.box_findings(sight, boxes, coco)
-        yield from labels.depth_findings(truth, sight, f"{name}/depth")
-        if "normals" in dataset.labels:
-            yield from labels.normal_findings(truth, sight, f"{name}/normals")
-        if "flow" in dataset.labels:
-            yield from labels.flow_findings(truth, sight, f"{name}/flow")
-        if "albedo" in dataset.labels:
-            yield from labels.albedo_findings(truth, sight, f"{name}/albedo", colours)
-
+    kinds = [kind for kind in dataset.labels if kind in codec.LABELS]
+    looker = _Looker(truth, name, kinds, boxes)
     for frame in chosen(len(clip), frames):
-        yield from _tried(name, pictures(frame))
-        looked()
+        yield from _tried(name, looker.findings(frame))
+        count.one()
     yield from _tried(video, footage.video_findings(truth, video))
+
+
+class _Looker:
+    """Looks into one frame of a view after the other."""
+
+    def __init__(self, truth: Truth, name: str, kinds: list[str], boxes: marks.Boxes) -> None:
+        self._truth, self._name, self._kinds, self._boxes = truth, name, kinds, boxes
+        self._colours: dict[int, FloatArray] = {}
+        self._renderer, self._classes = CpuRenderer(), marks.mark_classes(truth)
+
+    def findings(self, frame: int) -> Iterator[Finding]:
+        """Faults in the pictures of a frame."""
+        truth, folder, points = self._truth, self._name, f"{self._name}/{codec.POINTS}"
+        sight = look(truth, frame)
+        yield from ids.id_findings(truth, sight, f"{folder}/ids")
+        yield from ids.cover_findings(truth, sight, f"{folder}/ids", self._renderer)
+        yield from marks.visible_findings(truth, sight, self._classes, points)
+        yield from marks.box_findings(sight, self._boxes, f"{folder}/{codec.COCO}")
+        yield from labels.depth_findings(truth, sight, f"{folder}/depth")
+        if "normals" in self._kinds:
+            yield from labels.normal_findings(truth, sight, f"{folder}/normals")
+        if "flow" in self._kinds:
+            yield from labels.flow_findings(truth, sight, f"{folder}/flow")
+        if "albedo" in self._kinds:
+            yield from labels.albedo_findings(truth, sight, f"{folder}/albedo", self._colours)
