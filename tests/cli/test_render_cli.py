@@ -275,7 +275,8 @@ def test_numbers_that_make_no_sense(fails, place):
     assert "NaN" in fails("--unit", "jawOpen=nan")
     assert "NaN" in fails("--turn", "nan")
     assert "--range ends" in fails("depth", "--range", 900, 800)
-    assert "greater --max" in fails("error", run, "--truth", data, "--max", 0)
+    said = fails("error", run, "--truth", data, "--max", -3)
+    assert "the scale begins at 0 and ends at -3; give a greater --max" in said
     assert "give 16 to 4096 pixels" in fails("--size", 4, 40)
     assert "give 16 to 4096 pixels" in fails("--size", 40, 60000)
 

@@ -294,7 +294,11 @@ def test_wide_files_that_are_wrong(truth, reference, tmp_path):
             read_landmarks(write_csv(path, heading, rows), reference)
 
     heading, rows = good
-    fails(InputFileError, r"lacks the columns x_5 ", *_without(*good, "x_5"))
+    fails(
+        InputFileError,
+        r"lacks the columns x_5 .*; of a run, give the folder",
+        *_without(*good, "x_5"),
+    )
     fails(InputFileError, "there is 'Frame'", ["Frame", *heading[1:]], rows)
     fails(ParameterError, "59 frames from 1 to 59, the truth 60", heading, rows[:-1])
     late = [[row[0] + 4, *row[1:]] for row in rows]

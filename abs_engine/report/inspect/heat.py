@@ -62,5 +62,7 @@ def heat_limits(values: FloatArray, largest: float | None) -> tuple[float, float
     low = min(0.0, float(values.min()))
     high = largest if largest is not None else rounded_up(float(values.max()))
     if not low < high < np.inf:
-        raise ParameterError(f"the scale ends at {high:g}, where it begins", "give a greater --max")
+        raise ParameterError(
+            f"the scale begins at {low:g} and ends at {high:g}", "give a greater --max"
+        )
     return low, high

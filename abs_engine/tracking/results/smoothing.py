@@ -105,7 +105,8 @@ class Smoothing:
             )
         least = self._filter(rate)[1]
         if 0 < len(times) < least:
-            fits = "a longer run" if self.name == BUTTERWORTH else "a shorter window"
+            narrower = self.name == SAVITZKY_GOLAY and len(times) > _DEGREE + 2
+            fits = "a shorter window" if narrower else "a longer run"
             raise ParameterError(
                 f"{self} needs {least} frames in a row, and there are {len(times)}",
                 f"give {fits}, or leave out --smooth",

@@ -120,6 +120,10 @@ def test_a_clip_that_is_shorter_than_the_filter_is_refused():
     with pytest.raises(ParameterError, match="and there are 75; give a shorter window"):
         Smoothing.named("savitzky-golay:101").check(25.0, np.arange(75) / 25.0)
     Smoothing.named("savitzky-golay:75").check(25.0, np.arange(75) / 25.0)
+    with pytest.raises(ParameterError, match="and there are 5; give a shorter window"):
+        Smoothing.named("savitzky-golay:7").check(25.0, np.arange(5) / 25.0)
+    with pytest.raises(ParameterError, match="and there are 4; give a longer run"):  # 5 is least
+        Smoothing.named("savitzky-golay:5").check(25.0, np.arange(4) / 25.0)
     with pytest.raises(ParameterError, match="and there are 5; give a longer run, or leave out"):
         Smoothing.named("butterworth:8").check(25.0, np.arange(5) / 25.0)
 
