@@ -210,8 +210,7 @@ def by_landmarks(
         scale = scale.without_eyes
         setting = replace(setting, warnings=(NO_EYES.format(scale.uncertainty),))
     elif not known:
-        wider = proportion(fitted.model.head.mean, speaker) / proportion(speaker.vertices, speaker)
-        setting = replace(setting, warnings=stretched(wider))
+        setting = replace(setting, warnings=stretched(proportion(fitted.model.head.mean, speaker)))
     facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, scale, follower.remarks(), facts)
 

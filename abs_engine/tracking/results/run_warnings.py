@@ -109,11 +109,12 @@ def other_head(misfit: float) -> tuple[str, ...]:
     return (OTHER_HEAD.format(misfit, most),) if misfit > most else ()
 
 
-def stretched(wider: float) -> tuple[str, ...]:
+def stretched(proportion: float) -> tuple[str, ...]:
     """Warning that a video may have been stretched, if a face is too wide or narrow for a person's.
 
-    It is so many times as wide for its height as the usual one; NaN where that is not known.
+    The proportion is its width over its height; NaN where that is not known.
     """
+    wider = proportion / DOUBTS.face_proportion
     narrowest, widest = DOUBTS.face_proportions
     if wider < narrowest:
         return (STRETCHED.format("narrower"),)

@@ -85,11 +85,13 @@ class DoubtSettings:
     face_square : float, mm
         Side of a face as the detector sees it. Measured: 135 to 201, mostly 158 to 187, in 48
         frames of the strangers' clips.
-    face_proportions : tuple of float, times those of the head that is fitted
+    face_proportions : tuple of float, times those of the bundled head
         Least and most width of a face for its height; beyond, a run warns that the video may be
         stretched. Chosen on p01 to p08 of the strangers: 0.92 to 1.13 as they are; made wider by a
         third, all eight are warned of, made narrower by a quarter, seven. Measured on p09 to p16:
         0.95 to 1.12, seven, five; on GRID's clips and 16 films of other heads 0.91 to 1.12.
+    face_proportion : float, times its height
+        Width of the bundled head's face. Measured: this.
     larger_face : float, times that of the followed face
         Size of another from which on a run warns. Not measured.
     most_others : float, share of the frames looked at
@@ -178,6 +180,7 @@ class DoubtSettings:
     looks: int = 8
     face_square: float = 175.0
     face_proportions: tuple[float, float] = (0.88, 1.18)
+    face_proportion: float = 1.4306
     larger_face: float = 1.5
     most_others: float = 0.3
     mouth_down: float = 0.7

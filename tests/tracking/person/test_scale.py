@@ -24,6 +24,7 @@ from abs_engine.tracking.person.scale import (
     scale_line,
 )
 from abs_engine.tracking.results.run_warnings import NO_EYES, stretched
+from abs_engine.tracking.settings.doubts import DOUBTS
 
 
 def test_a_pupil_distance_that_is_given_is_taken_as_it_is():
@@ -128,9 +129,10 @@ def test_eyes_that_are_shut_have_no_pupils():
 def test_a_stretched_face_is_warned_of_and_no_persons():
     own = load_speaker()
     head, usual = own.vertices.astype(np.float64), proportion(own.vertices, own)
-    assert stretched(proportion(head, own) / usual) == ()
+    assert usual == pytest.approx(DOUBTS.face_proportion, abs=1e-4)
+    assert stretched(proportion(head, own)) == ()  # a person's, whatever head is fitted to it
     for across, word in ((1.3, "wider"), (0.75, "narrower")):
-        (line,) = stretched(proportion(head * [across, 1.0, 1.0], own) / usual)
+        (line,) = stretched(proportion(head * [across, 1.0, 1.0], own))
         assert f"much {word} for its height" in line
     assert proportion(2.0 * head, own) == pytest.approx(usual)
     assert stretched(proportion(head, replace(own, points={}))) == ()  # a head without landmarks
