@@ -5,8 +5,9 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import Protocol
+from typing import Any, Protocol, cast
 
+from abs_engine.core.buffers import Buffers
 from abs_engine.core.errors import AbsEngineError, OpenGLError, ParameterError, PluginError
 from abs_engine.core.foreign import FAILURES, blamed, own
 from abs_engine.core.kinds import TEXT, check_kind
@@ -110,13 +111,27 @@ def opened_renderer(name: str | None = "auto") -> Iterator[Renderer]:
     with blamed(f"the renderer '{name}'"):
         drawn = opened.__enter__()
     try:
-        yield drawn
+        yield cast("Renderer", _Named(f"the renderer '{name}'", drawn))
     finally:
         try:
             with blamed(f"closing the renderer '{name}'"):
                 opened.__exit__(None, None, None)
         except AbsEngineError as error:
             _log.warning("%s", error)
+
+
+class _Named:
+    """A plugin's renderer; where it fails as it draws, its name is given."""
+
+    def __init__(self, what: str, renderer: Renderer) -> None:
+        self._what, self._renderer = what, renderer
+
+    def draw(self, *given: Any, **named: Any) -> list[Buffers]:
+        with blamed(self._what):
+            return self._renderer.draw(*given, **named)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._renderer, name)
 
 
 def draws_by_software(renderer: Renderer) -> bool:

@@ -124,6 +124,25 @@ def test_a_renderer_that_cannot_be_closed_is_warned_of(monkeypatch, tmp_path, ca
     assert line.startswith("closing the renderer 'mine' fails (OSError: no such device) in test_tr")
 
 
+class Once(Own):
+    def draw(self, *given):
+        if self.drew:
+            raise KeyError("gone")
+        self.drew = True
+        return self._own.draw(*given)
+
+    drew = False
+
+
+def test_a_renderer_that_fails_after_its_trial_is_named(monkeypatch, tmp_path, capsys):
+    monkeypatch.setitem(RENDERERS._added, "mine", Once)
+    picture = tmp_path / "head.png"
+    assert main(["render", "portrait", "-o", str(picture), "--renderer", "mine"]) == 2
+    assert "the renderer 'mine' fails (KeyError: 'gone') in test_trial.py, line" in (
+        capsys.readouterr().err
+    )
+
+
 def test_an_error_of_the_engine_in_closing_is_warned_of_too(monkeypatch, caplog):
     monkeypatch.setitem(RENDERERS._added, "mine", Lost)
     with opened_renderer("mine"):
