@@ -9,6 +9,7 @@ import pytest
 from imported import table, write_glb
 
 from abs_engine.core.errors import ParameterError
+from abs_engine.face.rings import lip_rings
 from abs_engine.face.schema import region_of
 from abs_engine.io.assets import load_speaker
 from abs_engine.io.morphs import read_morphs
@@ -82,6 +83,17 @@ def test_a_landmark_that_is_on_no_facet_is_refused(mesh, built):
     kept = ~(mesh.faces == HEAD.landmarks["nose_tip"][0]).any(axis=1)
     with pytest.raises(ParameterError, match="landmark nose_tip is on no facet"):
         built(replace(mesh, faces=mesh.faces[kept], part=mesh.part[kept]))
+
+
+def test_lips_are_on_facets_where_a_material_leaves_the_first_copy_of_a_vertex_unused(mesh, built):
+    """As in glTF files whose materials share vertices: the facets take the second copies."""
+    count, twice = len(mesh.vertices), {n: np.tile(d, (2, 1)) for n, d in mesh.targets.items()}
+    copied = replace(mesh, vertices=np.tile(mesh.vertices, (2, 1)), targets=twice)
+    head = built(replace(copied, faces=mesh.faces + count)).speaker
+    alone = built(mesh).speaker
+    for name, at in lip_rings(head).items():
+        assert np.isin(at, head.faces).all()
+        assert np.array_equal(head.vertices[at], alone.vertices[lip_rings(alone)[name]])
 
 
 def test_eyes_that_lie_away_from_the_face_are_refused(mesh, built):

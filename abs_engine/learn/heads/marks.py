@@ -130,8 +130,8 @@ def lip_contours(
     edges, _ = edges_of(weld[faces])
     length = np.linalg.norm(place[edges[:, 0]] - place[edges[:, 1]], axis=1)
     graph = csr_matrix((np.maximum(length, 1e-6), (edges[:, 0], edges[:, 1])), (count, count))
-    first = np.zeros(count, np.int64)
-    first[weld[::-1]] = np.arange(len(weld))[::-1]
+    first, used = np.zeros(count, np.int64), np.unique(faces)[::-1]
+    first[weld[used]] = used  # not a copy that another material's facets leave unused
     across = vertices[:, 0]
 
     def way(through: IntArray) -> IntArray:
@@ -148,7 +148,7 @@ def lip_contours(
     inner = [*_spread(upper, vertices, 5), *_spread(lower, vertices, 5)[3:0:-1]]
     given = marks.all_68 is not None
     points = np.r_[marks.outer_lip, marks.inner_lip] if given else np.array([*outer, *inner])
-    return Contours(over, under, upper, lower, right, left, points)
+    return Contours(over, under, upper, lower, right, left, first[weld[points]])
 
 
 def _path(graph: csr_matrix, through: IntArray) -> IntArray:
