@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -46,7 +46,7 @@ from abs_engine.report.scoring import landmarks_of, notes_of, read_result, same_
 
 MOST_PLAYED = 1000
 """Frames that the page's player shows at most, so that the page stays of a size to be sent."""
-_PATHS: Kind = (lambda x: isinstance(x, Iterable) and not isinstance(x, str), "a list of paths")
+_PATHS: Kind = (lambda x: isinstance(x, Sequence) and not isinstance(x, str), "a list of paths")
 
 
 @dataclass(frozen=True)

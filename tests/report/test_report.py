@@ -246,6 +246,12 @@ def test_runs_of_different_videos_are_refused(tmp_path):
         write_report(runs, tmp_path / "new.html", ReportOptions())
 
 
+def test_what_has_names_in_place_of_paths_is_refused_as_such(tmp_path):
+    """Arrays of a run, or a run, which is gone through by their names."""
+    with pytest.raises(ParameterError, match=r"results is \{'time': 0.0\}; give a list of paths"):
+        write_report({"time": 0.0}, tmp_path / "new.html")
+
+
 @pytest.mark.parametrize(
     ("words", "part"),
     [
