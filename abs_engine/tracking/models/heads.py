@@ -87,7 +87,7 @@ def prepare_head(
         If given poses do not fit the video, or the evidence or the driver not the head.
     MeshError
         If a plugin's head has fewer vertices than its facets name, vertices that are not
-        finite, or no human size.
+        finite, no skin or lips, or no human size.
     TermError
         If a plugin's evidence fails on a drawing of the average head, or is not finite there.
     """
@@ -128,6 +128,10 @@ def _box_named(options: TrackOptions) -> Iterator[None]:
         ) from error
 
 
+_OUTSIDE = ("skin", "upper_lip", "lower_lip")
+"""Facet classes that no head does without."""
+
+
 def _check_made(speaker: Speaker) -> None:
     """Raise `MeshError` for a head that a plugin made wrongly; files were checked."""
     vertices, needed = speaker.vertices, int(speaker.faces.max(initial=-1)) + 1
@@ -136,6 +140,8 @@ def _check_made(speaker: Speaker) -> None:
         fault = f"has {len(vertices)} vertices, but its facets need {needed}"
     elif not np.isfinite(vertices).all():
         fault = "has vertices that are not all finite"
+    elif bare := [one for one in _OUTSIDE if not speaker.facets_of(one).any()]:
+        fault = f"has no facets of {', '.join(bare)}"
     elif "landmark_68" in speaker.points:
         outer = vertices[speaker.points["landmark_68"][[36, 45]]]
         eyes, (_, least, most) = float(np.linalg.norm(outer[1] - outer[0])), EYES_MM

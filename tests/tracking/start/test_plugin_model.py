@@ -47,6 +47,15 @@ def test_a_model_that_makes_no_tracker_is_named(make, said, prepared):
     assert said in str(caught.value)
 
 
+@pytest.mark.parametrize("names", [["skin"], ["upper_lip", "lower_lip"]])
+def test_a_head_without_skin_or_lips_is_refused(names, prepared):
+    head = load_speaker()
+    kept = ~head.facets_of(*names)
+    broken = replace(head, faces=head.faces[kept], facet_class=head.facet_class[kept])
+    with pytest.raises(MeshError, match=f"the head has no facets of {', '.join(names)}; correct"):
+        prepared(lambda *given: prepare_head(*given, broken))
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
