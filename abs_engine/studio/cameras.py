@@ -56,6 +56,10 @@ def lens(entry: CameraEntry, size: tuple[int, int]) -> Camera:
                 "give 1 to 150",
             )
         focal = size[0] / 2 / np.tan(np.radians(entry.field_of_view_degrees) / 2)
+    if focal is not None and focal <= 0:
+        raise ParameterError(
+            f"the focal length of camera '{entry.name}' is {focal:g} px", "give lengths above 0"
+        )
     matrix = Camera.ideal(size, focal).matrix.copy()
     if entry.centre is not None:
         matrix[:2, 2] = entry.centre

@@ -133,7 +133,7 @@ def deform(speaker: Speaker, weights: FloatArray) -> NDArray[np.float16]:
 def check_length(frames: int) -> None:
     """Raise `ParameterError` for more than `MOST_FRAMES`."""
     if frames > MOST_FRAMES:
-        raise ParameterError(f"{frames} frames are too many for a clip", f"give {MOST_FRAMES}")
+        raise ParameterError(f"{frames} frames are too many", f"give {MOST_FRAMES} at most")
 
 
 def articulate(

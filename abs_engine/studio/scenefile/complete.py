@@ -121,11 +121,12 @@ def _check_event(event: EventEntry) -> None:
     if not 0 <= event.start < event.end or event.ramp < 0:
         raise ParameterError(
             f"event '{event.name}' lasts from {event.start:g} to {event.end:g} s",
-            "let it end after it starts",
+            "let it start at 0 or later and end after that, with a ramp of 0 or more",
         )
     if (event.amount is not None and event.amount < 0) or not np.any(event.direction):
         raise ParameterError(
-            f"event '{event.name}' has a negative amount or no direction", "give them"
+            f"event '{event.name}' has a negative amount or no direction",
+            "give an amount of 0 or more, and a direction that is not 0, 0, 0",
         )
 
 
