@@ -134,11 +134,19 @@ def test_the_same_again_is_there_already(asked, tmp_path, capsys):
     assert line.startswith(f"{report} already exists and is complete (made by this same command)")
     assert run("000", "-o", report, "--quick", "--json") == 0
     assert json.loads(capsys.readouterr().out) == {"output": str(report), "made_before": True}
-    for other in (["--seed", 5], ["--sentences", 3], ["--workers", 2]):
-        assert run("000", "-o", report, "--quick", *other) == 2
-        assert "exists already" in capsys.readouterr().err
+    assert run("000", "-o", report, "--quick", "--seed", 5) == 2
+    assert "exists already" in capsys.readouterr().err
     assert len(asked) == 1
     assert [p.name for p in tmp_path.iterdir()] == ["report"]
+
+
+@pytest.mark.parametrize(
+    "words", [("--person", "clara"), ("--sentences", 3), ("--twins", 3), ("--workers", 1)]
+)
+def test_options_of_the_other_paper_are_refused(asked, words, tmp_path, capsys):
+    assert run("000", "-o", tmp_path / "report", *words) == 2
+    assert f"{words[0]} is for 001; leave it out" in capsys.readouterr().err
+    assert not asked
 
 
 def test_what_exists_is_not_written_over(asked, tmp_path, capsys):

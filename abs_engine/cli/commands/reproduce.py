@@ -8,11 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
+from click.core import ParameterSource
+
 from abs_engine.cli.parts import options as take
 from abs_engine.cli.parts.command import Chosen, Done, command
 from abs_engine.cli.parts.drawing import opened
 from abs_engine.cli.parts.progress import Progress, say
-from abs_engine.core.errors import InputFileError
+from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.core.provenance import code_digest
 from abs_engine.io.files import next_free, parent_folder
 from abs_engine.io.unfinished import Unfinished, check_output, kept_if_of_use
@@ -57,6 +60,8 @@ PAPERS: dict[str, Callable[[Chosen, Unfinished, Renderer, Tell], list[str]]] = {
     "001": _talking_faces,
 }
 """By the paper's number: what fills a new folder, and returns lines for a terminal."""
+_OF_001 = ("person", "sentences", "twins", "workers")
+"""Options that the other paper does not have."""
 
 
 @command(
@@ -84,6 +89,7 @@ def reproduce(chosen: Chosen) -> Done:
     """Make a paper's tables and figures on our own data."""
     from abs_engine.report.inspect.body import check_person
 
+    _check_options(chosen.paper)
     check_person(chosen.person, None)
     folder = chosen.output or next_free(Path(f"runs/reproduce-{chosen.paper}"))
     with nullcontext() if chosen.output else parent_folder(folder):
@@ -98,6 +104,14 @@ def reproduce(chosen: Chosen) -> Done:
             made.finish()
     lines.append(f"wrote {folder}; open {folder / PAGE}")
     return Done(lines, {"output": folder, "lines": lines})
+
+
+def _check_options(paper: str) -> None:
+    """Refuse options of the other paper, which would do nothing."""
+    source = click.get_current_context().get_parameter_source
+    for name in () if paper == "001" else _OF_001:
+        if source(name) is ParameterSource.COMMANDLINE:
+            raise ParameterError(f"--{name} is for 001", "leave it out")
 
 
 def _folder(chosen: Chosen, output: Path, renderer: Renderer) -> Unfinished:
