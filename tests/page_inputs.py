@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from observed import seen_from
 from runs import write_kind
 from session_files import write_csv
 
+from abs_engine.capture.head import HeadChoice, head_motion
 from abs_engine.capture.observations import write_observations
 from abs_engine.dataset import camera_json
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS
@@ -97,11 +99,15 @@ def marked_dots(folder: Path) -> None:
 
 
 def longer_session(folder: Path) -> None:
-    """Dots of as many frames as lips are learned from, in place of those of a few."""
+    """Dots of as many frames as lips are learned from, in place of those of a few.
+
+    In the frame in which the page observes them: by the nose, as the head does not turn.
+    """
     motion = authored_motion(load_speaker(), "clara", frames=DOTTED, sentences=UNROUNDED)
     dots = observed_motion(load_speaker(), motion, noise=OBSERVED, seed=0)
+    frame = head_motion(dots.points, dots.names, HeadChoice(unturned="nose"))
     (folder / "dots.npz").unlink()
-    write_observations(folder / "dots.npz", dots)
+    write_observations(folder / "dots.npz", replace(dots, points=frame.to_head(dots.points)))
 
 
 def undotted(folder: Path) -> None:
@@ -161,7 +167,7 @@ GIVEN: Mapping[str, tuple[Callable[[Path], None], ...]] = {
 }
 """What a page's reader has, beyond a clip and its camera."""
 LATER: Mapping[str, Callable[[Path], None]] = {
-    "abs-engine train dots.npz --person clara -o lips.npz": longer_session
+    "abs-engine train dots.npz -o lips.npz": longer_session
 }
 """What is put there before a command, in place of what a command before it made."""
 BEFORE: Mapping[str, tuple[str, ...]] = {

@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 
 _NOTES = """\
 Points and corrections are CSV files with the columns frame, view, point, x, y (or JSON): frames
-from 0, views from 1, pixels from 0 at the top left; leave x and y empty where the dot cannot be
-seen. With a mirror, view 1 is the direct one and view 2 the mirror image. Any names will do, but
-'train' learns from 16 points of the lips, which are given together with the nose, in rows from the
-subject's right to the left:
+from 0, views from 1, pixels from 0 at the top left. All dots must be seen in frame 0; corrections
+leave x and y empty where one cannot be seen. With a mirror, view 1 is the direct one and view 2
+the mirror image. Any names will do, but 'train' learns from 16 points of the lips, which are given
+together with the nose, in rows from the subject's right to the left:
   corner_right, upper_outer_1 to _3, corner_left, lower_outer_1 to _3, upper_inner_1 to _4,
   lower_inner_1 to _4, nose
 and others as you like. To correct: look at --overlay, edit the lines of --review, and

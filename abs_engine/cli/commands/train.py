@@ -39,8 +39,8 @@ def _runs(text: str) -> tuple[Path, ...]:
         "what 'observe -o' wrote, with 16 dots on the lips"),
     take.output("FILE", "the lips, an NPZ for 'track --physics' and 'cameras'"),
     take.person(
-        "who wore the dots, one of the speaker's people (default: the average head is fitted "
-        "to the dots)"
+        "who wore the dots, one of the speaker's people, in whose head's frame they must be "
+        "(default: the average head is fitted to the dots)"
     ),
     take.file("--speaker", "head.npz of another speaker"),
     take.option("--modes", type=int, default=10, metavar="N",
@@ -53,8 +53,8 @@ def _runs(text: str) -> tuple[Path, ...]:
         "of cameras that filmed the same by commas. Kept if frames that were left out are more "
         "probable then"),
     take.renderer(),
-    examples="abs-engine train dots.npz -o lips.npz --person clara\n"
-    "abs-engine train dots.npz -o lips2.npz --person clara --add run-front,run-side run-monday",
+    examples="abs-engine train dots.npz -o lips.npz\n"
+    "abs-engine train dots.npz -o lips2.npz --add run-front,run-side run-monday",
 )  # fmt: skip
 def train(chosen: Chosen) -> Done:
     """Learn how lips move from observed dots."""
