@@ -211,6 +211,7 @@ class TestAdd:
             assert self.run(folder, runs) == 2
             said = capsys.readouterr().err.strip().splitlines()
             assert told in said[-1]
+            assert "in place of" not in said[-1]  # a video is no run, and 'train' takes none
             assert not (folder / "lips.npz").exists()
 
 

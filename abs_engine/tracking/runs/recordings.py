@@ -161,12 +161,10 @@ def load_recording(folder: Path, speaker: Speaker) -> Recording:
         )  # fmt: skip
     if there:
         raise InputFileError(
-            f"{name}, the video of {folder}, has changed since it was tracked",
-            "track it again, or give the video in place of the run",
+            f"{name}, the video of {folder}, has changed since it was tracked", "track it again"
         )
     raise InputFileError(
-        f"{name}, the video of {folder}, is not there",
-        "put it beside the run or into this folder, or give the video in place of the run",
+        f"{name}, the video of {folder}, is not there", "put it beside the run or into this folder"
     )
 
 
