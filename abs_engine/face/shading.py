@@ -77,9 +77,10 @@ class SkinPatch:
 
     def placed(self, candidates: Candidates) -> tuple[FloatArray, FloatArray]:
         """Places, mm, and normals of the compared points (B, N, 3), camera frame."""
+        moved = candidates.weights @ self.modes.reshape(len(self.modes), -1)
         at, normals = shading_loops.places_and_normals(
-            self.mean, self.modes, self.facets, self.compared,
-            candidates.weights, candidates.rotations, candidates.translations,
+            self.mean + moved.reshape(-1, *self.mean.shape), self.facets, self.compared,
+            candidates.rotations, candidates.translations,
         )  # fmt: skip
         return at, normals
 

@@ -11,23 +11,15 @@ from abs_engine.core.facet_loops import unit_normals
 
 
 @numba.njit(**LOOP, error_model="numpy")
-def places_and_normals(mean, modes, facets, points, weights, turns, shifts):
+def places_and_normals(moved, facets, points, turns, shifts):
     """Places and normals (B, N, 3), camera frame, of points (N,) of a mesh that moves.
 
-    The mesh has vertices `mean` (S, 3) and `modes` (P, S, 3), and is moved by `weights` (B, P),
-    rotations (B, 3, 3) and translations (B, 3).
+    The mesh has vertices (B, S, 3), turned by (B, 3, 3) and moved by (B, 3).
     """
-    count, number = len(weights), len(points)
+    count, number = len(moved), len(points)
     at, normals = np.empty((count, number, 3)), np.empty((count, number, 3))
-    moved = np.empty(mean.shape)
     for b in range(count):
-        moved[:] = mean
-        for p in range(len(modes)):
-            w = weights[b, p]
-            for s in range(len(mean)):
-                for i in range(3):
-                    moved[s, i] += w * modes[p, s, i]
-        across = unit_normals(moved, facets)
+        across = unit_normals(moved[b], facets)
         for n in range(number):
             s = points[n]
             for i in range(3):
@@ -36,7 +28,7 @@ def places_and_normals(mean, modes, facets, points, weights, turns, shifts):
                     turn[0] * across[s, 0] + turn[1] * across[s, 1] + turn[2] * across[s, 2]
                 )
                 at[b, n, i] = shifts[b, i] + (
-                    turn[0] * moved[s, 0] + turn[1] * moved[s, 1] + turn[2] * moved[s, 2]
+                    turn[0] * moved[b, s, 0] + turn[1] * moved[b, s, 1] + turn[2] * moved[b, s, 2]
                 )
     return at, normals
 
@@ -63,11 +55,32 @@ def sampled(picture, pixels):
 
 
 @numba.njit(**LOOP, error_model="numpy")
+def deviations(shown, normals, light, colour, noise):
+    """Standard deviations (3, B, N) by which points are not as bright as expected in each channel.
+
+    They show (B, N, 3) and have normals (B, N, 3), colours (N, 3) and noise (3,); the light (9, 3)
+    is in the order of `harmonics`.
+    """
+    out = np.empty((3, *shown.shape[:2]))
+    for b in range(shown.shape[0]):
+        for n in range(shown.shape[1]):
+            x, y, z = normals[b, n]
+            for c in range(3):
+                k = light[:, c]
+                falls = k[0] + x * (k[1] + k[4] * y + k[5] * z + k[7] * x) + k[8] * (3 * z * z - 1)
+                falls += y * (k[2] + k[6] * z - k[7] * y) + k[3] * z
+                out[c, b, n] = (shown[b, n, c] - colour[n, c] * falls) / noise[c]
+    return out
+
+
+@numba.njit(**LOOP, error_model="numpy")
 def cauchy_roots(off, tail, nats):
-    """Signed roots of half of Cauchy's -log of deviations, `nats` each; of (B, K)."""
-    out = np.empty(off.shape)
-    for b in range(off.shape[0]):
-        for k in range(off.shape[1]):
-            far = tail * np.sqrt(0.5 * nats * np.log1p((off[b, k] / tail) ** 2))
-            out[b, k] = far if off[b, k] > 0 else -far
+    """Signed roots (B, 3 N) of half of Cauchy's -log of deviations (3, B, N), `nats` each."""
+    number = off.shape[2]
+    out = np.empty((off.shape[1], 3 * number))
+    for c in range(3):
+        for b in range(off.shape[1]):
+            for n in range(number):
+                far = tail * np.sqrt(0.5 * nats * np.log1p((off[c, b, n] / tail) ** 2))
+                out[b, c * number + n] = far if off[c, b, n] > 0 else -far
     return out

@@ -43,7 +43,7 @@ class ShadedSkin:
 
     A point's error counts as little as Cauchy's distribution has it: highlights, hands and hair are
     no skin. Points near each other are wrong together, so that `SHADING.spot` of skin is one
-    observation.
+    observation, and more of a person whose head was fitted, as its errors reach farther.
 
     Parameters
     ----------
@@ -75,11 +75,10 @@ class ShadedSkin:
         """Residuals of a batch, row by row, that are squared and summed."""
         at, normals = self.patch.placed(candidates)
         shown = self.picture.at(self.camera.project(at))
-        expected = self.looks.shaded(normals, self.seen)
-        off = (shown - expected) / self.looks.noise
-        for c in range(3):
-            off[..., c] -= (off[..., c] @ self.forgiven[c]) @ self.forgiven[c].T
-        rows = shading_loops.cauchy_roots(off.reshape(len(at), -1), SHADING.tail, self.nats)
+        looks = self.looks
+        off = shading_loops.deviations(shown, normals, looks.light, self._colour, looks.noise)
+        off -= (off @ self.forgiven) @ self.forgiven.mT
+        rows = shading_loops.cauchy_roots(off, SHADING.tail, self.nats)
         value = np.asarray((rows**2).sum(axis=1), np.float64)
         return Rows(rows, np.ones(rows.shape, np.bool_), value)
 
@@ -89,6 +88,10 @@ class ShadedSkin:
         patch = self.looks.patch
         return replace(patch, compared=patch.compared[self.seen])
 
+    @cached_property
+    def _colour(self) -> FloatArray:
+        return self.looks.colour[self.seen]
+
 
 def shading_term(face: Face, view: View) -> ShadedSkin:
     """The error of shaded skin about a view's start."""
@@ -97,7 +100,8 @@ def shading_term(face: Face, view: View) -> ShadedSkin:
     there = seen(view.camera, view.image, at, normals)
     pixels = view.camera.project(at)
     picture = LinearPicture.about(view.image, pixels[there])
-    nats = looks.patch.area / SHADING.spot / len(at) / 3
+    spot = SHADING.fitted_spot if len(face.identity) else SHADING.spot
+    nats = looks.patch.area / spot / len(at) / 3
     shown = picture.at(pixels[None])[0]
     looks = _in_light_of_frame(looks, normals, shown, there)
     return ShadedSkin(

@@ -18,6 +18,7 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, pose_and
 from abs_engine.face.appearance.harmonics import harmonics
 from abs_engine.face.base import Body
+from abs_engine.face.settings.appearance import SHADING
 from abs_engine.face.shading import SkinPatch, learn_shading
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.shading import NAME, shading_term, with_shading
@@ -96,13 +97,17 @@ def learned_face():
     return with_shading(face_of(BODY), CAMERA, frames)
 
 
-def problem_of(posture, **changed):
-    """The problem of a frame in which the sheet has some posture, and its term."""
+def problem_of(posture, identity=(), **changed):
+    """The problem of a frame in which the sheet has some posture, and its term.
+
+    With an identity its person is one who was fitted.
+    """
     view = View(
         picture(posture, **changed), CAMERA, None, PoseFrame(POSE, np.zeros(3)),
         Window(0, 0, 160, 160), np.zeros(8),
     )  # fmt: skip
-    term = shading_term(learned_face(), view)
+    face = SimpleNamespace(learned=learned_face().learned, identity=identity)
+    term = shading_term(face, view)
     return Problem(view.frame, pose_and(SPEC), {NAME: term}), term
 
 
@@ -204,3 +209,13 @@ def test_a_known_head_is_tracked_nearer_by_its_shading(filmed):
     assert run.summary["score_of"] == "colour"
     away = run["lip_points"] - filmed.points(run["lip_vertex"])
     assert np.sqrt((away**2).sum(axis=-1).mean()) < 1.25  # 0.99 measured; 1.56 by colour alone
+
+
+def test_the_skin_of_a_person_who_was_fitted_counts_less():
+    """Errors of the fitted shape reach farther, so that fewer observations are independent."""
+    problem, known = problem_of(np.zeros(2))
+    _, fitted = problem_of(np.zeros(2), identity=np.zeros(3))
+    slid = problem.candidates(np.r_[np.zeros(6), 1.0, 0.0][None])
+    one, other = (term.negative_log(slid)[0] for term in (known, fitted))
+    assert one / other == pytest.approx(SHADING.fitted_spot / SHADING.spot)
+    assert one > other
