@@ -10,8 +10,10 @@ from types import ModuleType
 import pytest
 
 from abs_engine.cli import main
+from abs_engine.cli.commands.reproduce import _SENTENCES, PAPERS
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.naming import RECORD
+from abs_engine.studio.french import SENTENCES
 
 MODULE = "abs_engine.papers.basu1998.reproduce"
 
@@ -147,6 +149,25 @@ def test_options_of_the_other_paper_are_refused(asked, words, tmp_path, capsys):
     assert run("000", "-o", tmp_path / "report", *words) == 2
     assert f"{words[0]} is for 001; leave it out" in capsys.readouterr().err
     assert not asked
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--sentences", 78), "78 is not in the range 1<=x<=77"),
+        (("--twins", 78), "78 is not in the range 1<=x<=77"),
+        (("--quick", "--twins", 1), "leave out --twins"),
+    ],
+)
+def test_amounts_that_change_nothing_are_refused(words, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(PAPERS, "001", lambda *_: pytest.fail("it was begun"))
+    assert run("001", "-o", tmp_path / "report", *words) == 2
+    assert said in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_as_many_sentences_as_there_are_can_be_asked_for():
+    assert len(SENTENCES) == _SENTENCES
 
 
 def test_what_exists_is_not_written_over(asked, tmp_path, capsys):

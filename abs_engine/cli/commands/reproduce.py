@@ -60,6 +60,7 @@ PAPERS: dict[str, Callable[[Chosen, Unfinished, Renderer, Tell], list[str]]] = {
     "001": _talking_faces,
 }
 """By the paper's number: what fills a new folder, and returns lines for a terminal."""
+_SENTENCES = 77
 _OF_001 = ("person", "sentences", "twins", "workers")
 """Options that the other paper does not have."""
 
@@ -75,9 +76,9 @@ _OF_001 = ("person", "sentences", "twins", "workers")
     take.option("--quick", is_flag=True, text="one person and few frames: takes a few minutes"),
     take.seed("filming and learning"),
     take.person("for 001: whose face, one of the bundled people (default: clara)", "clara"),
-    take.option("--sentences", type=take.count, metavar="N",
-        text="for 001: only N of the 77 sentences, evenly spread"),
-    take.option("--twins", type=take.count, metavar="N",
+    take.option("--sentences", type=click.IntRange(1, _SENTENCES), metavar="N",
+        text=f"for 001: only N of the {_SENTENCES} sentences, evenly spread"),
+    take.option("--twins", type=click.IntRange(1, _SENTENCES), metavar="N",
         text="for 001: the constant models on only N of these sentences"),
     take.option("--workers", type=take.count, metavar="N", default=1,
         text="for 001: processes that track sentences (default: 1)"),
@@ -89,7 +90,7 @@ def reproduce(chosen: Chosen) -> Done:
     """Make a paper's tables and figures on our own data."""
     from abs_engine.report.inspect.body import check_person
 
-    _check_options(chosen.paper)
+    _check_options(chosen.paper, chosen.quick)
     check_person(chosen.person, None)
     folder = chosen.output or next_free(Path(f"runs/reproduce-{chosen.paper}"))
     with nullcontext() if chosen.output else parent_folder(folder):
@@ -106,12 +107,16 @@ def reproduce(chosen: Chosen) -> Done:
     return Done(lines, {"output": folder, "lines": lines})
 
 
-def _check_options(paper: str) -> None:
-    """Refuse options of the other paper, which would do nothing."""
+def _check_options(paper: str, quick: bool) -> None:
+    """Refuse options that would do nothing."""
     source = click.get_current_context().get_parameter_source
     for name in () if paper == "001" else _OF_001:
         if source(name) is ParameterSource.COMMANDLINE:
             raise ParameterError(f"--{name} is for 001", "leave it out")
+    if quick and source("twins") is ParameterSource.COMMANDLINE:
+        raise ParameterError(
+            "--quick tracks all of its sentences by all models", "leave out --twins"
+        )
 
 
 def _folder(chosen: Chosen, output: Path, renderer: Renderer) -> Unfinished:
