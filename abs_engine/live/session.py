@@ -8,6 +8,7 @@ from pathlib import Path
 from abs_engine.core.errors import FaceNotFoundError, VideoError
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import closed_after
+from abs_engine.core.words import joined
 from abs_engine.io.video import VideoInfo
 from abs_engine.live.feed import Feed
 from abs_engine.live.reader import Reader
@@ -64,6 +65,8 @@ def follow(
     delay: float,
     hand_on: Callable[[Released], None],
     tell: Tell,
+    *,
+    known: bool,
 ) -> int:
     """Track the newest frame until there are no more; returns how many results were handed on.
 
@@ -75,6 +78,8 @@ def follow(
         Given each result in its time, from another thread.
     tell : callable
         Called once if most results come too late.
+    known : bool
+        Whether the face was learned before, by `speaker`.
 
     Raises
     ------
@@ -94,9 +99,11 @@ def follow(
                         f"most results take {usual:.0f} ms and are dropped: allow a longer --delay"
                     )
     if release.count == 0 and not reader.stopped:
+        ways = ["play a file longer (--repeat)", "allow a longer --delay"]
+        ways += [] if known else ["give a learned --model"]
         raise VideoError(
             f"all {reader.count} frames had gone by before one was tracked in time",
-            "play a file longer (--repeat), allow a longer --delay, or give a learned --model",
+            joined(ways, "or"),
         )
     return release.count
 

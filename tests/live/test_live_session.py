@@ -190,15 +190,17 @@ def test_a_browser_leaves_out_the_port_where_it_is_80(host, status):
         assert asked(address.split("/")[2], "/", host)[0] == status
 
 
-def test_a_feed_that_ends_before_a_frame_is_tracked_is_refused(film):
+@pytest.mark.parametrize("known", [False, True])
+def test_a_feed_that_ends_before_a_frame_is_tracked_is_refused(film, known):
     nothing = SimpleNamespace(finish=lambda: None)
     motion = SimpleNamespace(follower=lambda: nothing)
     setting = SimpleNamespace(motion=motion, clock=Clock(), renderer=None)
     reader = Reader(file_feed(film))
     reader.collect(60.0)
     list(reader.shots())
-    with pytest.raises(VideoError, match="5 frames had gone by before one was tracked in time"):
-        follow(SimpleNamespace(setting=setting), reader, 1.0, print, print)
+    with pytest.raises(VideoError, match="5 frames had gone by before one was tracked") as caught:
+        follow(SimpleNamespace(setting=setting), reader, 1.0, print, print, known=known)
+    assert ("give a learned --model" in caught.value.remedy) != known
 
 
 @pytest.fixture
@@ -267,7 +269,8 @@ def short(film, tmp_path, monkeypatch):
             facts.update(told)
             return {"summary": {"warnings": ["the head does not match", "a cup hides the lips"]}}
 
-    def two(_tracker, reader, _delay, hand_on, _tell):
+    def two(_tracker, reader, _delay, hand_on, _tell, *, known):
+        assert not known
         shot = next(reader.shots())
         for index in range(2):
             hand_on(Released(shot, toy_result(index), 0.1, 0))

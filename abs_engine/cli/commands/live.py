@@ -132,7 +132,8 @@ def live(chosen: Chosen) -> Done:
                 taker(released)
 
         stack.enter_context(ends_orderly(reader))
-        count = follow(tracker, reader, chosen.delay / 1e3, hand_on, say)
+        known = chosen.model is not None
+        count = follow(tracker, reader, chosen.delay / 1e3, hand_on, say, known=known)
         (why, fault), dropped = ending(feed, reader), reader.count - count
         board.end(why)
         say(f"{why}; of {reader.count} frames {count} were tracked, {dropped} dropped")
