@@ -90,9 +90,13 @@ def check_numbers(mesh: MorphMesh) -> None:
 
 
 def displacement(
-    name: str, moved: NDArray[np.floating], neutral: NDArray[np.floating]
+    name: str,
+    moved: NDArray[np.floating],
+    neutral: NDArray[np.floating],
+    *,
+    kind: str = "morph target",
 ) -> NDArray[np.float32]:
-    """By how much a target moves each vertex, (V, 3).
+    """By how much a target, or what else `kind` says, moves each vertex, (V, 3).
 
     Raises
     ------
@@ -101,7 +105,7 @@ def displacement(
     """
     if len(moved) != len(neutral):
         raise ModelFormatError(
-            f"morph target '{name}' has {len(moved)} vertices, the head has {len(neutral)}",
+            f"{kind} '{name}' has {len(moved)} vertices, the head has {len(neutral)}",
             "export all of them from one mesh, without merging or splitting vertices",
         )
     return np.asarray(moved - neutral, np.float32)

@@ -186,7 +186,7 @@ def _identity(
             raise ParameterError(f"'{NEUTRAL}' is the head as its file is", "name people otherwise")
         try:
             first = mesh.vertices[: origin.max() + 1]  # without copies at seams
-            moved = displacement(name, read_places(path), first)[origin]
+            moved = displacement(name, read_places(path), first, kind="person")[origin]
         except ModelFormatError as error:
             raise ModelFormatError(
                 f"{path} is another mesh: {error.problem}", error.remedy
