@@ -14,6 +14,7 @@ from abs_engine.core.arrays import FloatArray, stretches
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun
 from abs_engine.export.reading import UNDEFINED, compared, differs, numbers
 from abs_engine.tracking.footage import sound_line
+from abs_engine.tracking.frame.frame_times import usual_duration
 from abs_engine.tracking.results.run_table import time_cell
 
 GRID, TABLE = "closures.TextGrid", "measures.tsv"
@@ -46,7 +47,8 @@ def _edges(run: TrackedRun) -> FloatArray:
 
 def duration(run: TrackedRun) -> float:
     """Length of the video, s."""
-    return float(run.arrays["time"][-1]) + 1 / run.rate
+    time = run.arrays["time"]
+    return float(time[-1]) + usual_duration(time, run.rate)
 
 
 def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:

@@ -15,6 +15,7 @@ from abs_engine.dataset import Phoneme
 from abs_engine.report.data import Quantity, ReportData, Series, System
 from abs_engine.report.drawing import colours
 from abs_engine.report.quantities import CURVES, SHARE
+from abs_engine.tracking.frame.frame_times import usual_duration
 
 SHOWN_SECONDS = 10.0
 """Longer clips begin with this part; a double click shows the whole."""
@@ -125,7 +126,7 @@ def _timed(figure: Figure, data: ReportData, rows: int, above: bool) -> Figure:
     if data.true is not None:
         _shade(figure, data.true.closed, data.rate)
     times = data.times
-    step = float(np.median(np.diff(times))) if len(times) > 1 else 1 / data.rate
+    step = usual_duration(times, data.rate)
     end = min(times[-1] + step, times[0] + SHOWN_SECONDS)
     figure.update_xaxes(
         range=[times[0] - step / 2, end], gridcolor=_GRID, zeroline=False, showline=True,

@@ -34,7 +34,7 @@ from abs_engine.export import gltf
 from abs_engine.export.exporter import Exporter, Loss, read_run, rms
 from abs_engine.export.face_units import unit_loss, unit_weights
 from abs_engine.export.fap import LIPS, fapu, neutral, parameters
-from abs_engine.export.praat import closures
+from abs_engine.export.praat import closures, duration
 from abs_engine.export.writing import export_run, smoothed
 from abs_engine.face.head import PROTOTYPES
 from abs_engine.face.schema import ICT_68, reading
@@ -103,6 +103,14 @@ def test_a_run_is_smoothed_only_where_that_is_asked_for(tmp_path, capsys):
     tables = [(tmp_path / name / "measures.tsv").read_text() for name in ("raw", "smooth")]
     assert tables[0] != tables[1]
     assert len(tables[0].splitlines()) == len(tables[1].splitlines())
+
+
+def test_the_last_frame_after_a_long_pause_is_shown_as_long_as_most(tmp_path):
+    run = read_run(written_run(tmp_path / "run", (2, 2, 2, 2, 0, 0)))
+    time = np.array([0.0, 0.04, 0.08, 3.0, 3.04, 3.08])
+    uneven = replace(run, arrays={**run.arrays, "time": time, "rate": 6 / 3.12})
+    assert duration(uneven) == pytest.approx(3.12)
+    assert closures(uneven)[-1, 1] == pytest.approx(3.12)
 
 
 def test_closures_of_a_smoothed_run_are_those_of_its_smoothed_aperture(tmp_path):

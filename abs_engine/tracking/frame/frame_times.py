@@ -1,12 +1,19 @@
-"""The test of whether frames are evenly spaced in time."""
+"""How frames are spaced in time."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from abs_engine.core.arrays import FloatArray
+
 _EVEN, _MOST_UNEVEN = 0.01, 0.25  # of a frame's duration
 _ROUNDED = 1.1e-3  # seconds: files with whole milliseconds round the times of two frames
+
+
+def usual_duration(times: FloatArray, rate: float) -> float:
+    """Duration of most frames that are shown at times (T,), s; at a rate if there is but one."""
+    return float(np.median(np.diff(times))) if len(times) > 1 else 1 / rate
 
 
 def evenly_spaced(times: ArrayLike, rate: float) -> bool:
