@@ -219,8 +219,7 @@ def _sound(folder: Path) -> float:
         return 0.0
     except (OSError, ValueError) as error:
         raise InputFileError(
-            f"{folder / SUMMARY} is damaged: it does not say when the sound begins",
-            "restore it, or track the video again",
+            f"{folder / SUMMARY} is damaged", "restore it, or track the video again"
         ) from error
     return float(sound) if isinstance(sound, int | float) and np.isfinite(sound) else 0.0
 

@@ -402,7 +402,7 @@ def test_a_damaged_summary_does_not_pass_for_none(folder, tmp_path, capsys, text
     out = tmp_path / "praat"
     assert main(["export", str(heard), "--to", "praat", "-o", str(out)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert "run.json is damaged" in line
+    assert "run.json is damaged; restore it" in line
     assert not out.exists()
 
 
