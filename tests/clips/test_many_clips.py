@@ -582,7 +582,7 @@ def test_the_same_again_keeps_runs_that_were_moved_but_not_as_those_of_another_c
     assert main([*words, "--workers", "1"]) == 2
     said = capsys.readouterr().out.splitlines()
     assert "head exists already, made of other input" in said[0]
-    assert "0 of 2 clips done" in said[2]
+    assert said[2] == f"0 of 2 clips done; wrote {moved / 'runs' / TABLE}"
     assert contents(moved / "runs" / "head") == before
 
 

@@ -70,17 +70,17 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
         earlier = timing_of_others(folder, others)
         _write_timing(folder, time.perf_counter() - start, outcomes, deaths, earlier)
     failed = {job.name: outcomes[job.name] for job in jobs if outcomes[job.name].status == FAILED}
-    path = chosen.output / TABLE
+    done, path = len(jobs) - len(failed), chosen.output / TABLE
+    look = f"; look at each clip's {SHEET}" if done else ""
     lines = [
         *_doubtful({name: outcome for name, outcome in outcomes.items() if name not in failed}),
         *(f"failed: {name}: {outcome.message}" for name, outcome in failed.items()),
-        f"{len(jobs) - len(failed)} of {len(jobs)} clips done; wrote {path}; look at each clip's "
-        f"{SHEET}",
+        f"{done} of {len(jobs)} clips done; wrote {path}{look}",
     ]
     facts = {
         "output": chosen.output,
         "table": path,
-        "done": len(jobs) - len(failed),
+        "done": done,
         "failed": {name: outcome.message for name, outcome in failed.items()},
     }
     return Done(lines, facts, 2 if failed else 0)
