@@ -315,6 +315,10 @@ def test_people_are_asked_for_before_anything_is_worked_out(tmp_path, monkeypatc
         ('[[clip]]\n[[clip]]\nspeaker = "klara"', "clip 'clip-2': there is no person 'klara' "),
         ("[[clip]]\n[[speaker]]\nname = 'a'\nbase = 'b'", "a: there is no person 'b' to start"),
         ("[[clip]]\n[[speaker]]\nname = 'a'\nidentity = { chin = 1.0 }", "no shape target 'chin'"),
+        (
+            "[[clip]]\n[[speaker]]\nname = 'a'\nidentity = { head_oval = 500.0 }",
+            "the weight of 'head_oval' is 500.0; give a number from -3 to 3",
+        ),
         ("[[clip]]\n[[speaker]]\nname = 'a'\nskin = 'blue'", "no skin tone 'blue'"),
     ):
         scene = tmp_path / "scene.toml"

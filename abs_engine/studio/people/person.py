@@ -16,6 +16,10 @@ from abs_engine.studio.people.tones import Colour
 LARGEST_SET = 400
 """More dots than this cannot be told apart on a face."""
 
+MOST_WEIGHT = 3.0
+"""Targets are made for weights up to 1, or are components by which few people differ by more than
+three standard deviations."""
+
 
 @dataclass(frozen=True)
 class Person:
@@ -84,7 +88,7 @@ def identity_vector(speaker: Speaker, person: Person) -> NDArray[np.float32]:
     Raises
     ------
     ParameterError
-        If the base or a target is unknown, or a weight is not finite.
+        If the base or a target is unknown, or a weight is beyond `MOST_WEIGHT`.
     """
     speaker_base(speaker, person)
     known = {n.split("/")[-1].replace("-", "_"): n for n in speaker.identity_names}
@@ -94,9 +98,10 @@ def identity_vector(speaker: Speaker, person: Person) -> NDArray[np.float32]:
                 f"{person.name}: there is no shape target '{target}'",
                 f"choose one of {', '.join(known)}",
             )
-        if not np.isfinite(weight):
+        if not abs(weight) <= MOST_WEIGHT:  # nor is NaN
             raise ParameterError(
-                f"{person.name}: the weight of '{target}' is {weight}", "give a finite number"
+                f"{person.name}: the weight of '{target}' is {weight}",
+                f"give a number from {-MOST_WEIGHT:g} to {MOST_WEIGHT:g}",
             )
     own = speaker.identity_weights(**person.identity)
     replaced = any(known[target].startswith(MACRO) for target in person.identity)
