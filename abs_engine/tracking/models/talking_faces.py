@@ -176,7 +176,8 @@ def found_talker(
     else:  # how the whole head looks is not known
         places = correspondence_of(speaker, renderer)
         base = by_landmarks(clip, own, places, renderer, known, plain, tell)
-        base = replace(base, setting=replace(base.setting, landmarks=None))
+        unchecked, facts = replace(base.setting, landmarks=None), {**base.facts, "evidence": None}
+        base = replace(base, setting=unchecked, facts=facts)
     return Talker(base, stored.shape, stored.face)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -25,7 +26,7 @@ from abs_engine.tracking.models.measured_looks import (
     pose_by_landmarks,
 )
 from abs_engine.tracking.models.talking_faces import found_talker
-from abs_engine.tracking.options import Leaves, TrackOptions
+from abs_engine.tracking.options import ClipTracker, Leaves, TrackOptions
 
 PICTURE = Path("a.png")
 
@@ -113,3 +114,26 @@ def test_a_face_without_pictures_is_refused_what_needs_one(tmp_path, term):
     options = TrackOptions(model_file=path, terms=(term,), driver="simplex")
     with pytest.raises(ParameterError, match=f"made without pictures and has no {term}"):
         found_talker(None, options, Leaves.of(options), RENDERER, print)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What stands in for a clip's setting."""
+
+    landmarks: str
+
+
+def test_a_run_of_a_face_of_points_says_that_it_has_no_choice_of_evidence(tmp_path, monkeypatch):
+    path = tmp_path / "me.face"
+    save_talking(path, learned_face().shape, "me", "")
+    made = ClipTracker(
+        path, None, Setting("the network's"), None, facts={"start": "landmarks", "evidence": "both"}
+    )
+    where = "abs_engine.tracking.models.talking_faces"
+    monkeypatch.setattr(f"{where}._own_head", lambda *_: "another head")
+    monkeypatch.setattr(f"{where}.correspondence_of", lambda *_: None)
+    monkeypatch.setattr(f"{where}.by_landmarks", lambda *_: made)
+    options = TrackOptions(model_file=path, terms=("colour",), driver="simplex")
+    base = found_talker(None, options, Leaves.of(options), RENDERER, print).base
+    assert base.setting.landmarks is None
+    assert base.facts == {"start": "landmarks", "evidence": None}
