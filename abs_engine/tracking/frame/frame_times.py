@@ -1,4 +1,4 @@
-"""How frames are spaced in time."""
+"""Spacing of frames in time."""
 
 from __future__ import annotations
 
