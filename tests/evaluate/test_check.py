@@ -30,6 +30,7 @@ from abs_engine.evaluate.check.footage import time_findings, watched
 from abs_engine.evaluate.check.ids import shift
 from abs_engine.evaluate.check.marks import certain, mark_classes
 from abs_engine.evaluate.check.motion import camera_findings, length_findings, vector_findings
+from abs_engine.evaluate.check.order import order_findings
 from abs_engine.evaluate.check.speech import contact_findings, interval_findings
 from abs_engine.evaluate.check.visibility import look
 from abs_engine.io.video import VideoWriter, read_frames
@@ -194,6 +195,15 @@ def other_way(image):
     return out.astype(np.uint16)
 
 
+def exchanged(images):
+    """The first and the last in each other's place."""
+    return [images[-1], *images[1:-1], images[0]]
+
+
+def first_mirrored(images):
+    return [np.ascontiguousarray(images[0][:, ::-1]), *images[1:]]
+
+
 def later(images):
     """Every label one frame late."""
     return [images[0], *images[:-1]]
@@ -284,6 +294,16 @@ FAULTS = {
     ),
     "video one frame late": (footage(later), "is not in step with the labels"),
     "a frame of the video missing": (footage(lambda f: f[:-1]), "another number of frames"),
+    "first and last frame of the video exchanged": (footage(exchanged), "looks like another frame"),
+    "a frame of the video mirrored": (footage(first_mirrored), "video.mp4: frame 0: is mirrored"),
+    "first and last picture before compression exchanged": (
+        pictures("frames", exchanged),
+        "front/frames: frame 0 and 1 more: looks like another frame (as in frame 4",
+    ),
+    "a picture before compression mirrored": (
+        pictures("frames", first_mirrored),
+        "front/frames: frame 0: is mirrored",
+    ),
     "video of something else": (
         footage(each(lambda f: np.random.default_rng(1).integers(0, 255, f.shape, np.uint8))),
         "does not look like its labels",
@@ -543,6 +563,16 @@ def test_highlights_in_one_frame_do_not_put_a_video_out_of_step(watching, flash)
     x, y = sights[flash - 1].x[::3], sights[flash - 1].y[::3]
     pictures[flash][y, x] = 255
     assert list(time_findings(truth, sights, pictures, "video")) == []
+
+
+def test_neighbours_in_each_others_place_are_found_and_highlights_do_not_count(watching):
+    truth, pictures, sights = watching
+    pictures[2], pictures[3] = pictures[3], pictures[2]
+    said = [one.frame for one in order_findings(truth, pictures.items(), "video")]
+    assert said == [2, 3]
+    pictures[2], pictures[3] = pictures[3], pictures[2] // 4
+    pictures[1][sights[0].y[::3], sights[0].x[::3]] = 255
+    assert list(order_findings(truth, pictures.items(), "video")) == []
 
 
 @pytest.mark.parametrize("fault", FAULTS)

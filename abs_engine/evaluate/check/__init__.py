@@ -16,7 +16,17 @@ from abs_engine.dataset import ClipEntry, Dataset, Truth, codec, load_clip
 from abs_engine.dataset.camera_file import load_camera
 from abs_engine.dataset.dataset import read_record
 from abs_engine.dataset.view import load_view
-from abs_engine.evaluate.check import classes, files, footage, head, ids, marks, motion, speech
+from abs_engine.evaluate.check import (
+    classes,
+    files,
+    footage,
+    head,
+    ids,
+    marks,
+    motion,
+    order,
+    speech,
+)
 from abs_engine.evaluate.check import surface as labels
 from abs_engine.evaluate.check.finding import Finding, merged
 from abs_engine.evaluate.check.visibility import look
@@ -26,6 +36,9 @@ __all__ = ["Finding", "check_dataset"]
 
 FRAMES = 40
 """Frames of each view whose pictures are looked into."""
+
+COMPARED = 1000
+"""Frames of each view that are compared with each other, at most: their pairs grow faster."""
 
 CONTACTS = 400
 """Frames of each clip whose lips are measured."""
@@ -134,6 +147,10 @@ def _view_findings(
         yield from _tried(name, looker.findings(frame))
         count.one()
     yield from _tried(video, footage.video_findings(truth, video))
+    compared = chosen(len(clip), min(frames or COMPARED, COMPARED))
+    before, exact = order.before_compression(truth, compared), f"{name}/{codec.FRAMES}"
+    yield from _tried(video, order.order_findings(truth, order.of_video(truth, compared), video))
+    yield from _tried(video, order.order_findings(truth, before, exact))
 
 
 class _Looker:

@@ -164,14 +164,13 @@ def features(truth: Truth, sight: Sight) -> tuple[FloatArray, BoolArray]:
     direct = seamless_normals(Head.of(truth, sight.frame).points, truth.faces, truth.weld)
     # The light falls on the head itself, so its own normals count in a mirror too.
     normal[sight.y, sight.x] = sight.blend(truth, direct, None)
-    light = np.concatenate([seen[..., None], normal], axis=2)
+    light = np.concatenate([seen[near][:, None], normal[near]], axis=1)
     if truth.has("albedo"):
-        colours = truth.albedo(sight.frame).mean(axis=2)[..., None]
-        parts = [light, light * colours]
+        parts = [light, light * truth.albedo(sight.frame)[near].mean(axis=1, keepdims=True)]
     else:
         kinds = truth.class_ids(sight.frame)
-        parts = [light * (kinds == k)[..., None] for k in np.unique(kinds[seen])]
-    return np.concatenate([np.ones((*seen.shape, 1)), *parts], axis=2)[near], near
+        parts = [light * (kinds[near] == k)[:, None] for k in np.unique(kinds[seen])]
+    return np.concatenate([np.ones((len(light), 1)), *parts], axis=1), near
 
 
 def unexplained(model: FloatArray, levels: FloatArray) -> float:
