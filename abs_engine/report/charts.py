@@ -80,7 +80,7 @@ def box_chart(data: ReportData) -> Figure | None:
         return None
     columns = min(len(rows), 3)
     lines = -(-len(rows) // columns)
-    titles = [f"{q.label}, {q.unit}" for q in rows]
+    titles = ["<br>".join(q.label.rsplit(" ", 1)) + f", {q.unit}" for q in rows]  # for phones
     figure = make_subplots(
         lines, columns, subplot_titles=titles, vertical_spacing=0.16 / lines + 0.06,
         horizontal_spacing=0.08,
@@ -94,7 +94,7 @@ def box_chart(data: ReportData) -> Figure | None:
     figure.update_xaxes(showticklabels=False)
     figure.update_annotations(font_size=13)
     layout = _LAYOUT | {"hovermode": "closest", "height": 270 * lines}
-    figure.update_layout(**(layout | {"margin": {"l": 48, "r": 16, "t": 36, "b": 16}}))
+    figure.update_layout(**(layout | {"margin": {"l": 48, "r": 16, "t": 68, "b": 16}}))
     return figure
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import base64
+import itertools
+from contextlib import contextmanager
 
 import cv2
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 import reported
 from browser import open_browser
 
+from abs_engine.report.document import document, table
 from abs_engine.report.gathering import ReportOptions, write_report
 
 pytestmark = pytest.mark.slow
@@ -80,6 +83,31 @@ def seek(browser, frame):
 
 def frame_of(grey):
     return (grey - reported.GREY) / reported.GREY_STEP
+
+
+@contextmanager
+def seen_on(browser, width, media=""):
+    """The browser's pages on a phone, or on paper."""
+    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": not media}
+    browser.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": media})
+    try:
+        yield
+    finally:
+        browser.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
+def test_wide_tables_are_printed_whole(browser, tmp_path):
+    head = ("model", "all, mm", "lips, mm", "along z, mm", "worst sentence, mm", "evaluations")
+    rows = [("la_lin, as printed", "0.378", "0.526", "0.335", "0.452", "249.1")]
+    body = table([*head, *head[1:]], [(*row, *row[1:]) for row in rows])
+    (tmp_path / "page.html").write_text(document("sentences", body))
+    with seen_on(browser, 718, "print"):  # A4 within Chromium's margins
+        browser.driver.get((tmp_path / "page.html").as_uri())
+        wide, shown = browser.run("""
+            const e = document.querySelector('.wide'); return [e.scrollWidth, e.clientWidth];""")
+    assert wide <= shown
 
 
 def test_a_film_of_uneven_frames_is_played_at_their_times(browser, pages):
@@ -266,6 +294,26 @@ def test_modes_draw_different_pictures(page, mode):
     page.run("document.getElementById('motion').click()")
     after = canvas(page, ".stage")
     assert before.shape != after.shape or np.abs(before - after).max() > 20
+
+
+def test_titles_of_the_boxes_can_be_read_on_a_phone(page):
+    """None lies over another, nor under the buttons of the chart."""
+    with seen_on(page, 390):
+        page.wait("Plotly.Plots.resize('chart-boxes').then(() => done(1))")
+        places = page.run("""
+            const all = document.querySelectorAll('#chart-boxes :is(.annotation-text, .modebar)');
+            return [...all].map((e) => e.getBoundingClientRect().toJSON());""")
+    assert len(places) >= 6
+    for one, other in itertools.combinations(places, 2):
+        beside = one["right"] <= other["left"] or other["right"] <= one["left"]
+        assert beside or one["bottom"] <= other["top"] or other["bottom"] <= one["top"]
+
+
+def test_buttons_of_charts_are_not_printed(page):
+    asked = "return getComputedStyle(document.querySelector('.modebar')).display"
+    assert page.run(asked) != "none"
+    with seen_on(page, 718, "print"):
+        assert page.run(asked) == "none"
 
 
 def test_a_worst_frame_leads_to_its_frame(page):
