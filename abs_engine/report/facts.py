@@ -101,7 +101,7 @@ def _flat(values: dict[str, Any], before: str = "") -> list[tuple[str, str]]:
         if isinstance(value, dict):
             rows += _flat(value, f"{spoken}: ")
         elif isinstance(value, list):
-            rows.append((spoken, ", ".join(str(v) for v in value)))
+            rows.append((spoken, ", ".join(str(v) for v in value) or "none"))
         else:
             shown = f"{value:.6g}" if isinstance(value, float) else str(value)
             rows.append((spoken, "not given" if value is None else shown))

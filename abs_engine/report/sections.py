@@ -22,9 +22,10 @@ _NO_WEBGL = (
 )
 
 
-def key(data: ReportData) -> str:
-    """The legend of all curves, to be read beside each chart."""
-    named = [("truth", colours.truth_stroke())] if data.true is not None else []
+def key(data: ReportData, *, of_errors: bool = False) -> str:
+    """The legend of all curves, to be read beside each chart; the truth has no errors."""
+    true = data.true is not None and not of_errors
+    named = [("truth", colours.truth_stroke())] if true else []
     named += [(s.name, colours.system_stroke(k)) for k, s in enumerate(data.systems)]
     items = "".join(f"<li>{swatch(stroke)}{safe(name)}</li>" for name, stroke in named)
     if data.true is not None:
@@ -104,7 +105,7 @@ def errors(data: ReportData, charts: Mapping[str, Any]) -> str:
     )
     return f"""<section><h2>Errors</h2><p>In each frame: {safe(names)}; for points the root mean
 square distance to the truth.{shares} Gaps are lost frames.</p>
-{key(data)}<div class="chart" id="chart-errors"></div>
+{key(data, of_errors=True)}<div class="chart" id="chart-errors"></div>
 <h3>Their spread over the frames</h3>
 <p>Box: quartiles and median. Dashed: mean. Whiskers: the farthest values within 1.5 times the
 box's height; dots lie beyond.</p>

@@ -87,6 +87,16 @@ def test_true_closures_are_shaded(told):
         assert within == closed[frame]
 
 
+def test_legends_name_the_truth_where_it_is_drawn(page):
+    lips, errors = (
+        page.split(f"<h2>{section}</h2>")[1].split("</ul>")[0]
+        for section in ("Lip curves", "Errors")
+    )
+    assert "</svg>truth" in lips
+    assert "</svg>truth" not in errors
+    assert "</svg>shifted" in errors
+
+
 def test_the_error_on_the_face_is_the_shift(told, unpacked):
     maps = {head["name"]: head["map"] for head in told["heads"]}
     assert maps["truth"] is None

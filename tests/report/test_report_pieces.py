@@ -27,6 +27,7 @@ from abs_engine.report.drawing.colours import (
 )
 from abs_engine.report.embed import Store, deflated, json_bytes
 from abs_engine.report.estimate_parts import system_of
+from abs_engine.report.facts import run_facts
 from abs_engine.report.film import mouth_picture, shorten, worst_frames
 from abs_engine.report.gathering import _names
 from abs_engine.report.motion import LARGEST_ERROR_MM, compress
@@ -48,6 +49,11 @@ def test_numbers_that_steer_results_are_folded():
     assert "tuning" not in shown
     assert "tuning: frames: most lost" in folded
     assert "<details>" not in _facts("Clip", (("rate", "25"),))
+
+
+def test_lists_of_nothing_are_none(tmp_path):
+    (tmp_path / "run.json").write_text('{"summary": {"cuts": [3, 5], "warnings": []}}')
+    assert run_facts(tmp_path)[1:] == (("cuts", "3, 5"), ("warnings", "none"))
 
 
 def test_a_motion_comes_back_within_the_largest_error():
