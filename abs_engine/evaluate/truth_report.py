@@ -18,6 +18,7 @@ from abs_engine.evaluate.closing import narrow
 from abs_engine.evaluate.estimate import check_run, of_run, run_arrays
 from abs_engine.evaluate.metrics import Mean, squared_distance, value, without_constant_offset
 from abs_engine.evaluate.score import Score, measure, summary
+from abs_engine.io.assets import CLOSED_APERTURE
 from abs_engine.tracking.runs.record import load_run
 
 RunArrays = Mapping[str, NDArray[Any]]
@@ -110,7 +111,8 @@ def draw(run: RunArrays, truth: Truth, folder: Path) -> None:
     for axes in (top, middle, bottom):
         for at in seconds[narrow(truth.aperture)]:
             axes.axvspan(at - half, at + half, color="0.9", lw=0)
-    figure.suptitle(f"{truth.person}: {truth.sentence} (shaded: lips closed)")
+    shaded = f"shaded: true aperture below {CLOSED_APERTURE:g} mm"
+    figure.suptitle(f"{truth.person}: {truth.sentence} ({shaded})")
     figure.savefig(folder / CURVES, dpi=100)
 
 

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import InputFileError, ParameterError
@@ -17,6 +18,7 @@ from abs_engine.evaluate.estimate import of_run
 from abs_engine.evaluate.score import measure, summary
 from abs_engine.evaluate.score_table import as_values
 from abs_engine.evaluate.truth_report import CURVES, draw, score
+from abs_engine.io.assets import CLOSED_APERTURE
 
 FRAMES = 40
 
@@ -142,6 +144,14 @@ def test_curves_are_drawn(truth, run, tmp_path):
     picture = cv2.imread(str(tmp_path / CURVES))
     assert min(picture.shape[:2]) > 500
     assert picture.std() > 5
+
+
+def test_the_curves_say_by_what_lips_are_shaded_as_closed(truth, run, tmp_path, monkeypatch):
+    """The film's own `closed` is stricter, and shaded in a report."""
+    drawn = []
+    monkeypatch.setattr(Figure, "savefig", lambda self, *_, **__: drawn.append(self))
+    draw(run, truth, tmp_path)
+    assert f"true aperture below {CLOSED_APERTURE:g} mm" in drawn[0].get_suptitle()
 
 
 def test_a_run_of_lists_scores_as_one_of_arrays(truth, run):
