@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from zlib import crc32
@@ -32,7 +33,7 @@ from abs_engine.render.cpu import CpuRenderer
 from abs_engine.report.articulation.analysis import analyse
 from abs_engine.report.articulation.applied import apply_model
 from abs_engine.report.articulation.figures import boxplot_figure, nomogram_figure
-from abs_engine.report.articulation.report import Heads, write_report
+from abs_engine.report.articulation.report import HEADS, Heads, write_report
 from abs_engine.report.articulation.tables import boxes, results, variance_table, variance_text
 from abs_engine.report.drawing import smooth
 from abs_engine.report.drawing.figure import figure_bytes
@@ -379,6 +380,9 @@ def test_the_report_of_a_person_is_written(tmp_path: Path, monkeypatch):
         "nomograms.svg", "heads_front.png", "heads_side.png", "points.csv", "roles.csv",
         "predictors.toml",
     }  # fmt: skip
+    page = (tmp_path / "mei" / "index.html").read_text()
+    for name, (_, shown) in HEADS.items():
+        assert re.search(f'"{name}" alt="[^"]*{shown}', page), "a caption says what is drawn"
     told = json.loads((tmp_path / "mei" / "results.json").read_text())
     assert told["variance"]["total"] == pytest.approx(done.built.model.held)
     assert told["variance_without_noise"]["total"] > told["variance"]["total"]

@@ -15,8 +15,9 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.fit.shell import shell_window
 from abs_engine.io.assets import load_speaker
-from abs_engine.papers.basu1998.collected import error_plot
-from abs_engine.papers.basu1998.experiment import TrainedLips, learn_lips
+from abs_engine.papers.basu1998.collected import by_driver, error_plot
+from abs_engine.papers.basu1998.experiment import FrameError, TrainedLips, learn_lips
+from abs_engine.papers.basu1998.filmed import camera_name
 from abs_engine.papers.basu1998.motion import authored_motion
 from abs_engine.papers.basu1998.page import DRIVERS, reproduction_page
 from abs_engine.papers.basu1998.pictures import (
@@ -155,6 +156,19 @@ def test_an_error_plot_has_a_line_for_each_driver_and_gaps():
     names = {text.get_text() for text in legend.get_texts()}
     assert names == {"forces, 1.41 mm RMS", "a < b, 0.50 mm RMS", "goal: 1 mm"}
     assert [text.get_text() for text in axes.texts] == ["front", "side"]
+
+
+def test_errors_by_driver_are_one_persons_and_sides_are_named_in_degrees():
+    told = [
+        FrameError(person, camera_name(yaw), driver, frame, rms, rms, None)
+        for person, rms in (("kofi", 9.0), ("mei", 1.0))
+        for driver in ("forces", "gradient", "simplex")
+        for yaw in (-45, 0)
+        for frame in (0, 1)
+    ]
+    curves, breaks = by_driver(told, "mei")
+    assert curves == dict.fromkeys(("forces", "gradient", "simplex"), [1.0] * 4)
+    assert breaks == {0: "\N{MINUS SIGN}45°", 2: "0°"}
 
 
 @pytest.mark.parametrize("series", [{}, {"forces": []}, {"forces": [float("nan")]}, {"f": [0.0]}])

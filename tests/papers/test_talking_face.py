@@ -18,7 +18,16 @@ from abs_engine.papers.odisio2004.goals import GOALS, goal_rows
 from abs_engine.papers.odisio2004.page import reproduction_page
 from abs_engine.papers.odisio2004.search import SOLVERS, Watched, compare_solvers
 from abs_engine.papers.odisio2004.sequence_measure import variants
-from abs_engine.papers.odisio2004.visemes import Speech, find_visemes, splits, summary
+from abs_engine.papers.odisio2004.viseme_figures import residual_figure
+from abs_engine.papers.odisio2004.visemes import (
+    ASKED,
+    NEUTRAL,
+    Speech,
+    VisemeError,
+    find_visemes,
+    splits,
+    summary,
+)
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.studio.corpus import speak_corpus
 from abs_engine.studio.sequence import portrait
@@ -160,3 +169,21 @@ def test_tables(speech, face):
     page = reproduction_page({"visemes": told}, [("a.png", "A figure")])
     assert "not measured" in page
     assert len(goal_rows({})) == len(GOALS)
+
+
+def test_names_of_the_worst_visemes_lie_beside_the_boxes_and_inside_the_frame():
+    """Far from another, near another, and the highest of all."""
+    errors = [
+        VisemeError("preph", model, np.zeros(0), rms, rms, 0)
+        for model in (*ASKED, NEUTRAL)
+        for k, rms in enumerate([0.2, 0.4, 0.5, 0.52, 9.0 if model == NEUTRAL else 0.55])
+    ]
+    figure = residual_figure({"bare face": errors, "with beads": errors})
+    figure.canvas.draw()
+    for axes in figure.axes:
+        frame = axes.get_window_extent()
+        names = [text.get_window_extent() for text in axes.texts]
+        boxes = [line.get_window_extent() for line in axes.lines if len(line.get_xdata()) > 2]
+        assert len(names) == 3 * (len(ASKED) + 1)
+        assert all(frame.y0 < n.y0 and n.y1 < frame.y1 and n.x1 < frame.x1 for n in names)
+        assert not any(n.overlaps(box) for n in names for box in boxes)

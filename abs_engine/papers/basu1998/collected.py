@@ -15,6 +15,7 @@ from abs_engine.dataset.view import Truth
 from abs_engine.io.files import png
 from abs_engine.papers.basu1998.experiment import FrameError, TrainedLips
 from abs_engine.papers.basu1998.filmed import FRONT, YAWS, Amount, camera_name
+from abs_engine.papers.basu1998.page_by_yaw import degrees
 from abs_engine.papers.basu1998.pictures import (
     ShownFit,
     convergence_figure,
@@ -75,15 +76,23 @@ def fit_figures(
         "figure6.png", png(fits_figure(renderer, lips, shown)),
         "Figures 6 to 9: initial image, final fit, and the shape in 3D.",
     )  # fmt: skip
+    plot = error_plot(*by_driver(known, lips.person))
+    caption = f"Error of {lips.person}'s lips in each frame, by driver and by side."
+    report.figure("errors.svg", figure_bytes(plot, "svg"), caption)
+
+
+def by_driver(
+    known: Sequence[FrameError], person: str
+) -> tuple[dict[str, list[float]], dict[int, str]]:
+    """A person's errors and where each side begins, as `error_plot` takes them."""
+    sides = {camera_name(yaw): degrees(yaw) for yaw in YAWS}
     curves: dict[str, list[float]] = {}
     breaks: dict[int, str] = {}
     for name in ("forces", "gradient", "simplex"):
-        mine = [e for e in known if e.driver == name and e.person == lips.person]
-        breaks = {i: e.camera for i, e in enumerate(mine) if e.frame == 0}
+        mine = [e for e in known if e.driver == name and e.person == person]
+        breaks = {i: sides[e.camera] for i, e in enumerate(mine) if e.frame == 0}
         curves[name] = [e.rms for e in mine]
-    plot = error_plot(curves, breaks)
-    caption = "Error of the lips in each frame, by driver."
-    report.figure("errors.svg", figure_bytes(plot, "svg"), caption)
+    return curves, breaks
 
 
 def error_plot(series: Mapping[str, Sequence[float]], breaks: Mapping[int, str]) -> Figure:

@@ -24,7 +24,7 @@ def cameras(results: Results) -> str:
     if not isinstance(yaws, Mapping) or not yaws:
         return f"<p>{MISSING.capitalize()}.</p>"
     rows: list[tuple[str, ...]] = [
-        (_degrees(yaw), told(number(given, f"yaw.{yaw}.dots"), "count")) for yaw in yaws
+        (degrees(yaw), told(number(given, f"yaw.{yaw}.dots"), "count")) for yaw in yaws
     ]
     for column in ("alone_mm", "beside_frontal_mm"):
         left = [number(given, f"yaw.{yaw}.{column}") for yaw in yaws]
@@ -48,7 +48,8 @@ def _remaining(value: float | None, best: bool) -> str:
     return f"{value:.3f} mm{' (best)' * best}"
 
 
-def _degrees(yaw: object) -> str:
+def degrees(yaw: object) -> str:
+    """An angle, with a true minus sign."""
     return f"{yaw}°".replace("-", "\N{MINUS SIGN}")
 
 
@@ -64,7 +65,7 @@ def by_yaw(results: Results) -> str:
         goal = FRONTAL if yaw == 0 else KNOWN
         worst = max((e for e in errors if e is not None), default=None)
         rows.append(
-            (_degrees(yaw), *(told(e, "mm") for e in errors), goal.aim(), goal.judged(worst))
+            (degrees(yaw), *(told(e, "mm") for e in errors), goal.aim(), goal.judged(worst))
         )
     verdict = "the worst" if len(people) > 1 else ""
     return table(("seen from", *people, "goal", verdict), rows)
@@ -86,4 +87,4 @@ def visemes(results: Results) -> str:
         f"are the bits that reach the answer, {most:.2f} at most, and the error rate. Solid lips "
         "have the same noise from every side, where a tracker's grows with the yaw.</p>"
     )
-    return what + table(("head turned by", *map(_degrees, given["yaws"])), rows)
+    return what + table(("head turned by", *map(degrees, given["yaws"])), rows)

@@ -42,11 +42,13 @@ def residual_figure(errors: Mapping[str, Sequence[VisemeError]]) -> Figure:
             worst = sorted(group, key=lambda e: -e.rms)[:_NAMED]
             for row, e in enumerate(worst):
                 axes.annotate(
-                    e.viseme, (place, e.rms), (9, 5 - 7 * row), textcoords="offset points",
+                    e.viseme, (place + 0.27, e.rms), (0, 5 - 7 * row), textcoords="offset points",
                     fontsize=6, color="0.35",
                 )  # fmt: skip
         axes.axhline(_HALF_MM, color="0.8", lw=0.8, zorder=0)
         axes.set_yscale("log")
+        axes.margins(y=0.1)  # room for the highest name, and for the last
+        axes.set_xlim(0.5, len(asked) + 0.75)
         axes.set_yticks([0.1, 0.2, 0.5, 1, 2, 5], ["0.1", "0.2", "0.5", "1", "2", "5"])
         axes.minorticks_off()
         axes.set(title=title, ylabel="residual of a viseme, RMS (mm)")

@@ -30,8 +30,8 @@ _CAPTIONS = {
     "the worst to the best; the dot is their root mean square.",
     NOMOGRAMS: "Elementary movements: the way of each point from -2 to +2 standard deviations of "
     "a parameter, with a dot at the end. Red: the points that the parameter is made of.",
-    "heads_front.png": "The same movements of the whole head.",
-    "heads_side.png": "The same, from the side.",
+    "heads_front.png": "The same movements of the head, seen near the mouth.",
+    "heads_side.png": "The same of the whole head, from the side.",
 }
 
 
