@@ -49,6 +49,12 @@ HEAD = """
 const c = document.getElementById('head'), g = document.createElement('canvas').getContext('2d');
 g.drawImage(c, 0, 0, 300, 150);
 return new Set(g.getImageData(0, 0, 300, 150).data).size;"""
+FITTED = """
+const fits = (c) => c.width === Math.round(c.clientWidth * devicePixelRatio);
+(function look() {
+  const all = ['head', 'curves'].map((id) => document.getElementById(id));
+  innerWidth <= 600 && all.every(fits) ? done(1) : setTimeout(look, 100);
+})();"""
 SHOWN = "(function look() { live.drawn > 2 ? done(1) : setTimeout(look, 100); })();"
 
 
@@ -156,6 +162,8 @@ def test_a_session_is_shown_sent_and_kept(session, tmp_path, listener):
         session.send_signal(signal.SIGINT)
         lines += [json.loads(line) for line in session.stdout]
         ended = page.run("return document.getElementById('state').textContent")
+        page.driver.set_window_size(600, 700)  # no frame will be drawn again
+        assert page.wait(FITTED) == 1
     assert ended in ("stopped", "the session has ended") or "dropped" in ended
     assert session.wait(60) == 0
     rest.join()

@@ -186,4 +186,8 @@ function start() {
   };
 }
 
+addEventListener("resize", () => {  // frames may be long in coming
+  if (live.frames.length) drawCurves();
+  if (live.head) drawHead();
+});
 start();
