@@ -96,7 +96,7 @@ def draw(run: RunArrays, truth: Truth, folder: Path) -> None:
     seconds = np.arange(len(truth)) / truth.rate
     for axes, name, true in ((top, "aperture", truth.aperture), (middle, "width", truth.width)):
         axes.plot(seconds, true, color="black", label="truth")
-        axes.plot(seconds, run[name], color="tab:red", label="tracked")
+        axes.plot(seconds, run[name], ".-", markersize=4, color="tab:red", label="tracked")
         axes.set_ylabel(f"lip {name} (mm)")
         _above(axes)
     found, true = run["lip_points"], truth.points(run["lip_vertex"])
@@ -104,7 +104,7 @@ def draw(run: RunArrays, truth: Truth, folder: Path) -> None:
     for points, label in ((found, "raw"), (aligned, "constant rigid offset removed")):
         squared = squared_distance(points, true)
         rms = value([Mean.of(squared, root=True)])
-        bottom.plot(seconds, np.sqrt(squared), label=f"{label}: {rms:.2f} mm")
+        bottom.plot(seconds, np.sqrt(squared), ".-", markersize=4, label=f"{label}: {rms:.2f} mm")
     bottom.set(ylabel="lip points, RMS\n(mm, head frame)", xlabel="time (s)", ylim=(0, None))
     _above(bottom)
     half = 0.5 / truth.rate

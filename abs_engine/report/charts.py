@@ -187,6 +187,13 @@ def _line(
         hovertemplate="%{y:.2f}",
     )  # fmt: skip
     figure.add_trace(trace, row=row, col=1)
+    alone = [start for start, end in stretches(np.isfinite(values)) if end == start + 1]
+    if alone:  # which have no line
+        dots = Scatter(
+            x=data.times[alone].astype(np.float32), y=values[alone].astype(np.float32), name="",
+            mode="markers", marker={"color": stroke.colour, "size": 6}, hoverinfo="skip",
+        )  # fmt: skip
+        figure.add_trace(dots, row=row, col=1)
 
 
 def _say(figure: Figure, said: Sequence[Phoneme]) -> None:

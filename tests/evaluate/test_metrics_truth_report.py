@@ -146,12 +146,16 @@ def test_curves_are_drawn(truth, run, tmp_path):
     assert picture.std() > 5
 
 
-def test_the_curves_say_by_what_lips_are_shaded_as_closed(truth, run, tmp_path, monkeypatch):
-    """The film's own `closed` is stricter, and shaded in a report."""
+def test_the_curves_say_by_what_lips_are_shaded_and_show_each_frame(
+    truth, run, tmp_path, monkeypatch
+):
+    """The film's own `closed` is stricter, and shaded in a report; a frame alone has no line."""
     drawn = []
     monkeypatch.setattr(Figure, "savefig", lambda self, *_, **__: drawn.append(self))
     draw(run, truth, tmp_path)
     assert f"true aperture below {CLOSED_APERTURE:g} mm" in drawn[0].get_suptitle()
+    lines = [line for axes in drawn[0].axes for line in axes.lines if line.get_label() != "truth"]
+    assert [line.get_marker() for line in lines] == ["."] * 4
 
 
 def test_a_run_of_lists_scores_as_one_of_arrays(truth, run):

@@ -158,6 +158,18 @@ def test_a_band_ends_where_its_curve_does_and_is_drawn_at_the_times_of_the_run()
     assert figure.layout.xaxis.range == (22.5 - 0.625 / 2, 25.625)
 
 
+def test_a_frame_between_lost_ones_is_a_dot():
+    aperture = np.array([1.0, 2.0, np.nan, 4.0, np.nan])
+    system = system_of(
+        Estimate("one", np.isfinite(aperture), curves={"aperture": aperture}), None, {}, 5
+    )
+    faces, colours = np.zeros((0, 3), np.int32), np.zeros((0, 3), np.uint8)
+    curve, dots = lip_chart(ReportData("", "", 2.0, np.arange(5), (system,), faces, colours)).data
+    assert (curve.mode, dots.mode) == ("lines", "markers")
+    assert (*dots.x, *dots.y) == (3, 4)
+    assert dots.marker.color == curve.line.color
+
+
 def test_rows_of_the_error_chart():
     one = Series(np.zeros(2))
     rows = ("lip_landmarks_rms_head_mm", "lips_rms_head_mm", "lip_landmarks_coverage_95")

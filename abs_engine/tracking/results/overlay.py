@@ -169,7 +169,9 @@ class Painter:
         write_text(strip, _BELOW, (8, limit - 4), GREY, 0.4)
         lines = np.split(np.column_stack([x, y]), np.flatnonzero(~np.isfinite(values)))
         fixed = [np.rint(p[np.isfinite(p[:, 1])] * 16).astype(np.int32) for p in lines]
-        cv2.polylines(strip, [p for p in fixed if len(p) > 1], False, OUTER, 1, cv2.LINE_AA, 4)
+        alone = np.array([[-24, 0], [24, 0]], np.int32)  # a dash
+        seen = [p + alone if len(p) == 1 else p for p in fixed if len(p)]
+        cv2.polylines(strip, seen, False, OUTER, 1, cv2.LINE_AA, 4)
         write_text(
             strip, f"aperture, last {STRIP_SECONDS:.0f} s, 0 to {most:.0f} mm", (8, 20), WHITE
         )

@@ -158,6 +158,13 @@ def test_wide_openings_have_their_height_in_the_strip():
     assert np.ptp(rows) > 4
 
 
+def test_a_frame_between_lost_ones_is_seen_in_the_strip():
+    painter = Painter(toy_setting())
+    for result in (lost_result(0), replace(toy_result(1), aperture=12.5), lost_result(2)):
+        strip = painter.paint(GREY, result)[-STRIP_HEIGHT:]
+    assert len(painted(strip, OUTER)) >= 2
+
+
 def test_the_enlarged_mouth_says_what_the_contours_are():
     painter = Painter(toy_setting())
     corner = [
