@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, Protocol, cast
 
-from abs_engine.core.buffers import Buffers
 from abs_engine.core.errors import AbsEngineError, OpenGLError, ParameterError, PluginError
 from abs_engine.core.foreign import FAILURES, blamed, own
 from abs_engine.core.kinds import TEXT, check_kind
@@ -121,17 +120,28 @@ def opened_renderer(name: str | None = "auto") -> Iterator[Renderer]:
 
 
 class _Named:
-    """A plugin's renderer; where it fails as it draws, its name is given."""
+    """A plugin's renderer of which each method that fails names it.
+
+    An instance of the plugin's class to `isinstance`, as that may be one of the engine's, too.
+    """
 
     def __init__(self, what: str, renderer: Renderer) -> None:
         self._what, self._renderer = what, renderer
 
-    def draw(self, *given: Any, **named: Any) -> list[Buffers]:
-        with blamed(self._what):
-            return self._renderer.draw(*given, **named)
+    @property  # type: ignore[misc]
+    def __class__(self) -> type:
+        return type(self._renderer)
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._renderer, name)
+        part = getattr(self._renderer, name)
+        if not callable(part):
+            return part
+
+        def called(*given: Any, **named: Any) -> Any:
+            with blamed(self._what):
+                return part(*given, **named)
+
+        return called
 
 
 def draws_by_software(renderer: Renderer) -> bool:

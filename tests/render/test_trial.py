@@ -143,6 +143,19 @@ def test_a_renderer_that_fails_after_its_trial_is_named(monkeypatch, tmp_path, c
     )
 
 
+class Measured(CpuRenderer):
+    def measure(self, *given):
+        raise KeyError("gone")
+
+
+def test_each_method_of_a_renderer_is_named_and_its_class_known(monkeypatch):
+    monkeypatch.setitem(RENDERERS._added, "mine", Measured)
+    with opened_renderer("mine") as drawn:
+        assert isinstance(drawn, CpuRenderer)
+        with pytest.raises(PluginError, match=r"'mine' fails \(KeyError: 'gone'\) in test_trial"):
+            drawn.measure()
+
+
 def test_an_error_of_the_engine_in_closing_is_warned_of_too(monkeypatch, caplog):
     monkeypatch.setitem(RENDERERS._added, "mine", Lost)
     with opened_renderer("mine"):
