@@ -182,6 +182,7 @@ def test_text_in_quotes_and_odd_characters_comes_back():
         ("seed = 1.5", "seed is 1.5; give a whole number"),
         ("size = [320]", "size has 1 entries; give 2"),
         ("size = 320", "size is 320; give a list"),
+        ("size = { x = 320 }", "give a list in"),
         ("[clip]\nframes = 1", "clip is {'frames': 1}; write its name in [[ ]]"),
         ("background = 3", "background is not a table"),
         ("seed = true", "seed is True"),

@@ -159,7 +159,8 @@ def _convert_any(kinds: tuple[Any, ...], value: Any, where: str) -> Any:
 
 def _convert_list(kinds: tuple[Any, ...], value: Any, where: str) -> tuple[Any, ...]:
     if not isinstance(value, list):
-        remedy = "write its name in [[ ]]" if isinstance(value, Mapping) else "give a list in [ ]"
+        tables = dataclasses.is_dataclass(kinds[0]) and isinstance(value, Mapping)
+        remedy = "write its name in [[ ]]" if tables else "give a list in [ ]"
         raise ParameterError(f"{where} is {_show(value)}", remedy)
     if len(kinds) == 2 and kinds[1] is ...:
         kinds = (kinds[0],) * len(value)
