@@ -157,6 +157,7 @@ def test_options_of_the_other_paper_are_refused(asked, words, tmp_path, capsys):
         (("--sentences", 78), "78 is not in the range 1<=x<=77"),
         (("--twins", 78), "78 is not in the range 1<=x<=77"),
         (("--quick", "--twins", 1), "leave out --twins"),
+        (("--sentences", 2, "--twins", 3), "--twins 3 is more than --sentences 2"),
     ],
 )
 def test_amounts_that_change_nothing_are_refused(words, said, tmp_path, monkeypatch, capsys):

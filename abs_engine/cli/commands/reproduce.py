@@ -61,6 +61,7 @@ PAPERS: dict[str, Callable[[Chosen, Unfinished, Renderer, Tell], list[str]]] = {
 }
 """By the paper's number: what fills a new folder, and returns lines for a terminal."""
 _SENTENCES = 77
+"""Those of 001, counted here as help needs no studio."""
 _OF_001 = ("person", "sentences", "twins", "workers")
 """Options that the other paper does not have."""
 
@@ -90,7 +91,7 @@ def reproduce(chosen: Chosen) -> Done:
     """Make a paper's tables and figures on our own data."""
     from abs_engine.report.inspect.body import check_person
 
-    _check_options(chosen.paper, chosen.quick)
+    _check_options(chosen)
     check_person(chosen.person, None)
     folder = chosen.output or next_free(Path(f"runs/reproduce-{chosen.paper}"))
     with nullcontext() if chosen.output else parent_folder(folder):
@@ -107,15 +108,18 @@ def reproduce(chosen: Chosen) -> Done:
     return Done(lines, {"output": folder, "lines": lines})
 
 
-def _check_options(paper: str, quick: bool) -> None:
+def _check_options(chosen: Chosen) -> None:
     """Refuse options that would do nothing."""
     source = click.get_current_context().get_parameter_source
-    for name in () if paper == "001" else _OF_001:
+    for name in () if chosen.paper == "001" else _OF_001:
         if source(name) is ParameterSource.COMMANDLINE:
             raise ParameterError(f"--{name} is for 001", "leave it out")
-    if quick and source("twins") is ParameterSource.COMMANDLINE:
+    if chosen.quick and chosen.twins:
+        raise ParameterError("--quick tracks its sentences by all models", "leave out --twins")
+    if chosen.sentences and chosen.twins and chosen.twins > chosen.sentences:
         raise ParameterError(
-            "--quick tracks all of its sentences by all models", "leave out --twins"
+            f"--twins {chosen.twins} is more than --sentences {chosen.sentences}",
+            "give at most as many twins, or leave out --twins",
         )
 
 
