@@ -182,8 +182,8 @@ BUILT_IN: tuple[Metric, ...] = (
     ),
     Metric(
         "closure_onset_error_ms", "closure onset, mean error", "ms",
-        "mean size of the difference of onsets (times of the first closed frames, not the moments "
-        "between frames of closures.csv), over closures found, but for those at a clip's "
+        "mean size of the difference of onsets (times of the first closed frames; closures.csv has "
+        "moments between frames), over closures found, but for those at a clip's "
         "first frame, or after one that is lost, lacks what it is measured on, or is without the "
         "head",
     ),

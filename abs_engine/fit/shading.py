@@ -43,7 +43,8 @@ class ShadedSkin:
 
     A point's error counts as little as Cauchy's distribution has it: highlights, hands and hair are
     no skin. Points near each other are wrong together, so that `SHADING.spot` of skin is one
-    observation, and more of a person whose head was fitted, as its errors reach farther.
+    observation; `SHADING.fitted_spot` for a person whose head was fitted, as its errors reach
+    farther.
 
     Parameters
     ----------

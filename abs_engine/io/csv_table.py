@@ -16,7 +16,7 @@ from abs_engine.core.errors import InputFileError
 from abs_engine.core.words import counted
 from abs_engine.io.inputs import read_text, to_number
 
-EVALUATE_HELP = "of a run, give the folder; else see 'abs-engine evaluate --help'"
+EVALUATE_HELP = "for a run, give its folder; otherwise see 'abs-engine evaluate --help'"
 _SEPARATORS = {";": "semicolons", "\t": "tabs"}
 _COMMAS = "use commas only between columns, and decimal points in numbers"
 _CELLS = "give a cell for every name, empty where nothing is known"

@@ -296,7 +296,7 @@ def test_wide_files_that_are_wrong(truth, reference, tmp_path):
     heading, rows = good
     fails(
         InputFileError,
-        r"lacks the columns x_5 .*; of a run, give the folder",
+        r"lacks the columns x_5 .*; for a run, give its folder",
         *_without(*good, "x_5"),
     )
     fails(InputFileError, "there is 'Frame'", ["Frame", *heading[1:]], rows)

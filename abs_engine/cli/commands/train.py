@@ -39,7 +39,7 @@ def _runs(text: str) -> tuple[Path, ...]:
         "what 'observe -o' wrote, with 16 dots on the lips"),
     take.output("FILE", "the lips, an NPZ for 'track --physics' and 'cameras'"),
     take.person(
-        "who wore the dots, one of the speaker's people, in whose head's frame they must be "
+        "who wore the dots, one of the speaker's people; they must be in the frame of that head "
         "(default: the average head is fitted to the dots)"
     ),
     take.file("--speaker", "head.npz of another speaker"),

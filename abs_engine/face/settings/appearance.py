@@ -126,12 +126,13 @@ class ShadingSettings:
         0.7 mm to one side.
     spot : float, mm^2
         Of skin that is one observation. Measured: errors are alike over 80 to 340 in films and real
-        clips. Six bundled people's lips are off by 0.81 mm, with 880 by 0.91, known ICT heads'
-        (seed 1) move by 0.95 and 1.09 mm off.
+        clips. Six bundled people's lips are off by 0.81 mm, the motion of known ICT heads' (seed 1)
+        by 0.95 mm; with 880 by 0.91 and 1.09 mm.
     fitted_spot : float, mm^2
-        The same of a person whose head was fitted: errors of its shape reach farther. Chosen of
-        220, 880 and 3500 on films of unknown ICT heads (seeds 61 and 62), whose lips move by 1.00,
-        0.96, 1.01 and 0.86, 0.80, 0.85 mm off, and on p01 to p08 of the strangers' clips.
+        The same for a person whose head was fitted: errors of its shape reach farther. Chosen
+        among 220, 880 and 3500 on films of unknown ICT heads (seeds 61 and 62), whose lips' motion
+        is off by 1.00, 0.96, 1.01 and 0.86, 0.80, 0.85 mm, and on p01 to p08 of the strangers'
+        clips.
     """
 
     least_motion: float = 1.0

@@ -91,7 +91,7 @@ class DoubtSettings:
         third, all eight are warned of, made narrower by a quarter, seven. Measured on p09 to p16:
         0.95 to 1.12, seven, five; on GRID's clips and 16 films of other heads 0.91 to 1.12.
     face_proportion : float, times its height
-        Width of the bundled head's face. Measured: this.
+        Width of the bundled head's face. Measured on it.
     larger_face : float, times that of the followed face
         Size of another from which on a run warns. Not measured.
     most_others : float, share of the frames looked at
