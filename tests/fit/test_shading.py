@@ -85,7 +85,9 @@ def face_of(body):
         looks.update(learned)
         return face
 
-    face = SimpleNamespace(body=body, pivot=np.zeros(3), looking=looking, learned=looks.get)
+    face = SimpleNamespace(
+        body=body, pivot=np.zeros(3), identity=(), looking=looking, learned=looks.get
+    )
     return face
 
 
