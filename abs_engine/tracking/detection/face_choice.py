@@ -38,10 +38,13 @@ class FaceChoice:
         largest.
     box : FaceBox or None
         By where its mouth is in the first frame.
+    about : bool
+        Whether it may also lie beside the box: the nearest face is meant.
     """
 
     number: int | None = None
     box: FaceBox | None = None
+    about: bool = False
 
     @classmethod
     def asked(cls, number: int | None, mouth: Sequence[float] | None) -> FaceChoice:
@@ -58,7 +61,9 @@ class FaceChoice:
         """
         if self.box is not None:
             near = self.box.shown(faces_about(image, self.box.centre, self.box.size))
-            near = near or self.box.shown(faces_any_way_up(image))
+            if near is None:
+                faces = faces_any_way_up(image)
+                near = self.box.nearest(faces) if self.about else self.box.shown(faces)
             return (None, []) if near is None else (_believed(landmarks_of(image, near)), [near])
         seen = faces_seen(image, small=True)
         if not seen:

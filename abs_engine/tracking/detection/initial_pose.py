@@ -56,6 +56,15 @@ class FaceBox:
         near = [k for k, far in enumerate(away) if far < 0.5 * DETECTION.mouth_width * self.size]
         return faces[min(near, key=away.__getitem__)] if near else None
 
+    def nearest(self, faces: Sequence[Face]) -> Face | None:
+        """The face whose mouth is nearest to where this box expects it; None if all are far.
+
+        Far is farther than the face is large, as another person's is.
+        """
+        away = [(np.abs(face.mouth - self.mouth).max() / face.size, face) for face in faces]
+        far, face = min(away, key=lambda one: one[0], default=(np.inf, None))
+        return face if far < 1 else None
+
 
 def first_pose(box: FaceBox, camera: Camera, mouth: FloatArray) -> Pose:
     """An upright head that faces the camera, its `mouth` (3,), mm, where the box expects it."""

@@ -185,7 +185,7 @@ def by_landmarks(
     given = None if options.poses is None else GivenHead.read(options.poses, clip, speaker)
     choice = FaceChoice.asked(options.face, options.mouth)
     if given is not None:
-        choice = FaceChoice(box=given.box(speaker))
+        choice = given.choice(speaker)
     tell("finding the face")
     expression = None
     if options.physics is not None:

@@ -12,6 +12,7 @@ from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import Speaker
+from abs_engine.tracking.detection.face_choice import LARGEST, FaceChoice
 from abs_engine.tracking.detection.initial_pose import FaceBox
 from abs_engine.tracking.detection.landmarks import Landmarks
 from abs_engine.tracking.frame.external_poses import GivenMotion
@@ -55,12 +56,17 @@ class GivenHead:
         shown = GivenMotion(given.poses).in_picture(clip.camera, mouth, clip.video)
         return cls(given.poses, shown.given[0], clip.camera)
 
-    def box(self, speaker: Speaker) -> FaceBox | None:
-        """The face that they are of, in the first frame; None where that has no pose."""
+    def choice(self, speaker: Speaker) -> FaceChoice:
+        """The face that they are of: the one about which they put the mouth in the first frame.
+
+        It may lie beside it, as their origin and scale may be another head's. The largest where
+        that frame has no pose.
+        """
         if self.first is None:
-            return None
+            return LARGEST
         lips = speaker.vertices[speaker.lip_ring].astype(np.float64)
-        return FaceBox.around_lips(self.camera.project(self.first.apply(lips)))
+        box = FaceBox.around_lips(self.camera.project(self.first.apply(lips)))
+        return FaceChoice(box=box, about=True)
 
     def aligned(
         self, fitted: FittedPerson, frames: Sequence[tuple[Image, tuple[int, Landmarks]]]

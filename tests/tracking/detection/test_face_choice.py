@@ -76,6 +76,18 @@ def test_a_box_where_no_face_is():
     assert FaceChoice(None, box).first(picture()) == (None, [])
 
 
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize(("aside", "taken"), [(1.2, True), (5.0, False)])
+def test_a_face_beside_the_box_is_taken_where_it_may_lie_there(number, aside, taken):
+    image = picture()
+    left, top, width, height = mouth_box(image, number)
+    box = FaceBox.around_mouth(left, top - aside * width, width, height)
+    assert FaceChoice(None, box).first(image) == (None, [])
+    seen, _ = FaceChoice(None, box, about=True).first(image)
+    assert (seen is not None) is taken
+    assert not taken or side(seen) == ("right" if number == 1 else "left")
+
+
 @pytest.mark.parametrize("number", [None, 2])
 def test_the_face_is_followed_while_both_move(number):
     follower = FaceFollower(FaceChoice(number))
