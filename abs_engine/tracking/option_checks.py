@@ -94,7 +94,7 @@ def _check_placed(model: Model, options: TrackOptions, chosen: TrackOptions) -> 
     by = "--start blobs" if options.start == BLOBS else f"--preset {options.preset}"
     placed = {
         "--person": options.person is not None,
-        "--model": LANDMARKS not in model.starts,
+        "--model": options.model is not None and LANDMARKS not in model.starts,
         by: chosen.start == BLOBS,
     }
     other = next((name for name, given in placed.items() if given), None)

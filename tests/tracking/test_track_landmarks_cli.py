@@ -157,6 +157,7 @@ def test_a_pupil_distance_that_is_none_is_refused_before_any_work(refused, video
         (("--pupil-distance", "60", "--start", "blobs"), "out --pupil-distance, or --start blobs"),
         (("--evidence", "landmarks", "--person", "mei"), "leave out --evidence, or --person"),
         (("--face", "1", "--mouth", "10", "10", "30", "20"), "leave out --face, or --mouth"),
+        (("--face", "1", "--preset", "odisio2004"), "leave out --face, or --preset odisio2004"),
     ],
 )
 def test_what_landmarks_alone_can_do_is_refused_elsewhere(refused, video, words, said):
