@@ -568,11 +568,11 @@ def test_highlights_in_one_frame_do_not_put_a_video_out_of_step(watching, flash)
 def test_neighbours_in_each_others_place_are_found_and_highlights_do_not_count(watching):
     truth, pictures, sights = watching
     pictures[2], pictures[3] = pictures[3], pictures[2]
-    said = [one.frame for one in order_findings(truth, pictures.items(), "video")]
+    said = [one.frame for one in order_findings(truth, {"video": pictures.items()})]
     assert said == [2, 3]
     pictures[2], pictures[3] = pictures[3], pictures[2] // 4
     pictures[1][sights[0].y[::3], sights[0].x[::3]] = 255
-    assert list(order_findings(truth, pictures.items(), "video")) == []
+    assert list(order_findings(truth, {"video": pictures.items()})) == []
 
 
 @pytest.mark.parametrize("fault", FAULTS)

@@ -20,6 +20,7 @@ from abs_engine.face.appearance.harmonics import harmonics
 from abs_engine.face.base import Body
 from abs_engine.face.settings.appearance import SHADING
 from abs_engine.face.shading import SkinPatch, learn_shading
+from abs_engine.face.shading_loops import deviations
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.shading import NAME, shading_term, with_shading
 from abs_engine.fit.view import View
@@ -221,3 +222,14 @@ def test_the_skin_of_a_person_who_was_fitted_counts_less():
     one, other = (term.negative_log(slid)[0] for term in (known, fitted))
     assert one / other == pytest.approx(SHADING.fitted_spot / SHADING.spot)
     assert one > other
+
+
+def test_the_compiled_light_is_that_of_the_harmonics():
+    rng = np.random.default_rng(3)
+    normals = rng.normal(size=(2, 5, 3))
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    light, colour, noise = rng.normal(size=(9, 3)), rng.normal(size=(5, 3)), np.array([1.0, 2, 3])
+    shown = rng.normal(size=(2, 5, 3))
+    found = deviations(shown, normals, light, colour, noise)
+    expected = (shown - colour * (harmonics(normals) @ light)) / noise
+    np.testing.assert_allclose(found, np.moveaxis(expected, -1, 0), atol=1e-12)

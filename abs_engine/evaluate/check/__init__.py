@@ -148,9 +148,11 @@ def _view_findings(
         count.one()
     yield from _tried(video, footage.video_findings(truth, video))
     compared = chosen(len(clip), min(frames or COMPARED, COMPARED))
-    before, exact = order.before_compression(truth, compared), f"{name}/{codec.FRAMES}"
-    yield from _tried(video, order.order_findings(truth, order.of_video(truth, compared), video))
-    yield from _tried(video, order.order_findings(truth, before, exact))
+    sources = {
+        video: order.of_video(truth, compared),
+        f"{name}/{codec.FRAMES}": order.before_compression(truth, compared),
+    }
+    yield from _tried(video, order.order_findings(truth, sources))
 
 
 class _Looker:

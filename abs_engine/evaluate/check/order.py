@@ -7,13 +7,13 @@ does not count.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import AbsEngineError
 from abs_engine.dataset import Truth
 from abs_engine.dataset.codec import FRAMES
@@ -49,17 +49,29 @@ def before_compression(truth: Truth, frames: Collection[int]) -> Pictures:
                 yield frame, read_picture(path, FRAMES, truth.camera.size)
 
 
-def order_findings(truth: Truth, pictures: Pictures, name: str) -> Iterator[Finding]:
-    """Pictures that changed places with one of another frame, or are mirrored."""
+def order_findings(truth: Truth, sources: Mapping[str, Pictures]) -> Iterator[Finding]:
+    """Pictures that changed places with one of another frame, or are mirrored, in each source."""
     step = max(1, truth.camera.size[0] // COLUMNS)
-    shown = {k: one[::step, ::step].mean(axis=2, dtype=np.float32) for k, one in pictures}
-    rows = {}
-    for frame, one in shown.items():
+    shown = {
+        name: {k: one[::step, ::step].mean(axis=2, dtype=np.float32) for k, one in pictures}
+        for name, pictures in sources.items()
+    }
+    rows: dict[str, dict[int, FloatArray]] = {name: {} for name in shown}
+    for frame in sorted(set().union(*shown.values())):
         sight = look(truth, frame)
         if len(sight) >= PIXELS * step**2:
-            rows[frame] = _left(truth, sight, [*shown.values(), one[:, ::-1]], step)
-    if not rows:
-        return
+            labels = _labels(truth, sight, step)
+            for name, each in shown.items():
+                if frame in each:
+                    compared = [*each.values(), each[frame][:, ::-1]]
+                    rows[name][frame] = _left(*labels, compared)
+    for name, left in rows.items():
+        if left:
+            yield from _judged(name, list(shown[name]), left)
+
+
+def _judged(name: str, shown: list[int], rows: Mapping[int, FloatArray]) -> Iterator[Finding]:
+    """Findings by what labels of frames leave of each frame shown, and of their mirror images."""
     left, frames = np.array(list(rows.values())), list(rows)
     mirrored, left = left[:, -1], left[:, [k for k, frame in enumerate(shown) if frame in rows]]
     own = left.diagonal()
@@ -76,17 +88,22 @@ def order_findings(truth: Truth, pictures: Pictures, name: str) -> Iterator[Find
             yield Finding(name, "is mirrored", how + f"{1 - own[k]:.1%}", frames[k])
 
 
-def _left(
-    truth: Truth, sight: Sight, shown: Sequence[NDArray[np.float32]], step: int
-) -> FloatArray:
-    """Share (P,) that a frame's labels leave unexplained of pictures of every so many pixels."""
+def _labels(truth: Truth, sight: Sight, step: int) -> tuple[FloatArray, BoolArray]:
+    """Orthonormal features (K, F) of a frame's labels, and a mask of the pixels (h, w) they are of.
+
+    Of every so many pixels.
+    """
     model, near = features(truth, sight)
     seen = np.zeros_like(near)
     seen[::step, ::step] = near[::step, ::step]
-    base = np.linalg.qr(model[seen[near]])[0]
-    levels = np.stack([one[seen[::step, ::step]] for one in shown], axis=1)
+    return np.linalg.qr(model[seen[near]])[0], seen[::step, ::step]
+
+
+def _left(base: FloatArray, seen: BoolArray, pictures: Sequence[NDArray[np.float32]]) -> FloatArray:
+    """Share (P,) that a frame's labels leave unexplained of pictures."""
+    levels = np.stack([one[seen] for one in pictures], axis=1)
     levels -= levels.mean(axis=0)
     total = np.square(levels).sum(axis=0)
     left = total - np.square(base.T @ levels).sum(axis=0)
-    shares: FloatArray = np.divide(left, total, out=np.ones(len(shown)), where=total > 0)
+    shares: FloatArray = np.divide(left, total, out=np.ones(len(pictures)), where=total > 0)
     return shares
