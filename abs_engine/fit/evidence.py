@@ -74,8 +74,7 @@ class Squared(Term, Protocol):
     """A term that is a sum of squares.
 
     It may have `slope_difference`, the share of each parameter's first step over which Newton's
-    slopes are taken, by default 1; and `holds_skin`, true if lips hardly touch unless the skin
-    gives way, so that `fit.seal` looks for the least costly way to close them.
+    slopes are taken, by default 1.
     """
 
     def rows(self, candidates: Candidates) -> Rows:

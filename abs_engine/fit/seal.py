@@ -2,8 +2,12 @@
 
 A picture hardly shows a gap of half a millimetre. Two cases are compared where a search has ended:
 the lips touch, which they do in a share w of all frames, the speaker's or anybody's, or they are
-open by the gap that was found, all gaps up to the widest being equally probable. Lips touch unless
-the picture is against it by more than log(w / (1 - w) * widest / RESOLUTION).
+apart, all gaps up to the widest being equally probable beforehand. Of these the picture leaves a
+band as wide as its uncertainty sd of the gap: the evidence for lips apart is, by Laplace's method,
+the likelihood of the gap found times sqrt(2 pi) sd / widest (what of the band lies below 0, at most
+half, is counted, too). So lips touch, in the posture in which
+that costs least, unless the picture is against it by more than
+log(w / (1 - w) * widest / (sqrt(2 pi) sd)).
 """
 
 from __future__ import annotations
@@ -27,13 +31,13 @@ class Seal:
     gap : float, mm
         Between the middles of the inner lips, with all parameters zero.
     slope : (N,) float64, mm per unit of parameter
-    worth : float, nats
-        By how much touching lips are more probable beforehand than those with a certain gap.
+    odds : float, nats
+        By how much touching lips are more probable beforehand than a band of gaps 1 mm wide.
     """
 
     gap: float
     slope: FloatArray
-    worth: float
+    odds: float
 
     @classmethod
     def of(cls, gap: float, slope: FloatArray, seen: FloatArray, closed: float) -> Seal | None:
@@ -46,12 +50,12 @@ class Seal:
         share = float((gaps < closed).mean())
         if not 0 < share < 1:
             return None
-        return cls(gap, slope, _worth(share, float(gaps.max())))
+        return cls(gap, slope, _odds(share, float(gaps.max())))
 
     @classmethod
     def usual(cls, gap: float, slope: FloatArray) -> Seal:
         """Of anybody's lips (`gap`, `slope`), which touch as often as people's do in speech."""
-        return cls(gap, slope, _worth(HEAD_FIT.usually_closed, HEAD_FIT.usual_gap))
+        return cls(gap, slope, _odds(HEAD_FIT.usually_closed, HEAD_FIT.usual_gap))
 
     def apart(self, x: FloatArray) -> float:
         """The gap, mm, at parameters (N,)."""
@@ -62,34 +66,34 @@ class Seal:
         return np.asarray(x - self.apart(x) / (self.slope @ self.slope) * self.slope)
 
 
-def _worth(share: float, widest: float) -> float:
+def _odds(share: float, widest: float) -> float:
     """Log odds, nats, of lips that touch in a share of frames and part by `widest` mm at most."""
-    return float(np.log(share / (1 - share) * widest / HEAD_FIT.resolution))
+    return float(np.log(share / (1 - share) * widest))
 
 
 def sealed(problem: Problem, found: Found, seal: Seal) -> Found:
     """Result over all parameters, or the same with lips that touch."""
     if not 0 < seal.apart(found.x) < HEAD_FIT.open_from:
         return found
-    there = _touching(problem, found.x, seal)
+    there, band = _touching(problem, found.x, seal)
     value = problem(problem.chosen(there)).value
     best = replace(found.best, n_evaluations=found.best.n_evaluations + 1)
-    if value - found.best.value > seal.worth:
+    if value - found.best.value > seal.odds - np.log(band):
         return replace(found, best=best)
     return replace(found, x=there, best=replace(best, x=there, value=value))
 
 
-def _touching(problem: Problem, x: FloatArray, seal: Seal) -> FloatArray:
-    """Parameters (6 + P,) near `x` at which the lips touch.
+def _touching(problem: Problem, x: FloatArray, seal: Seal) -> tuple[FloatArray, float]:
+    """Parameters (6 + P,) near `x` at which the lips touch and that cost least, about.
 
-    Where evidence holds the skin in its place, those that cost least, about.
+    And the width, mm, of the band of gaps that the picture leaves. Where nothing says how the value
+    bends, the nearest parameters, and `HEAD_FIT.resolution`.
     """
-    if not any(getattr(term, "holds_skin", False) for term in problem.terms.values()):
-        return seal.closed(x)
     told, slope = problem.information(problem.chosen(x)), problem.chosen(seal.slope)
-    if told is None:
-        return seal.closed(x)
-    way = np.linalg.lstsq(told, slope, rcond=None)[0]
-    if not slope @ way > 0:
-        return seal.closed(x)
-    return problem.whole(problem.chosen(x) - seal.apart(x) / (slope @ way) * way)
+    if told is not None:
+        way = np.linalg.lstsq(told, slope, rcond=None)[0]
+        variance = float(slope @ way)
+        if variance > 0:
+            nearest = problem.chosen(x) - seal.apart(x) / variance * way
+            return problem.whole(nearest), float(np.sqrt(2 * np.pi * variance))
+    return seal.closed(x), HEAD_FIT.resolution

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import ClassVar
-
 import numpy as np
 import pytest
 
@@ -18,15 +15,22 @@ SEEN = np.array([[0.0, 0.0], [0.0, 0.1], [0.0, 0.2], [4.0, 2.0]])
 
 
 class Picture:
-    """A bowl about some parameters, so many nats deep for each squared unit."""
+    """A bowl about some parameters, so many nats deep for each squared unit.
 
-    terms: ClassVar = {}
+    A solver is told of its curvature where it `bends`.
+    """
 
-    def __init__(self, best, nats):
-        self.best, self.nats = np.asarray(best), nats
+    def __init__(self, best, nats, bends=None):
+        self.best, self.nats, self.bends = np.asarray(best), nats, bends
 
     def chosen(self, x):
         return x
+
+    def whole(self, x):
+        return x
+
+    def information(self, x):
+        return self.bends
 
     def __call__(self, x):
         value = self.nats * float(((x - self.best) ** 2).sum())
@@ -42,13 +46,14 @@ def seal():
     return Seal.of(0.1, SLOPE, SEEN, 1.0)
 
 
-def test_its_worth_is_how_much_oftener_lips_touch(seal):
-    assert seal.worth == pytest.approx(np.log(3 * 10.1 / HEAD_FIT.resolution))
+def test_its_odds_are_how_much_oftener_lips_touch(seal):
+    assert seal.odds == pytest.approx(np.log(3 * 10.1))
     assert Seal.of(0.1, SLOPE, SEEN[:3], 1.0) is None
     assert Seal.of(0.1, SLOPE, SEEN[3:], 1.0) is None
 
 
-def test_lips_of_anybody_touch_as_in_speech():
+@pytest.mark.parametrize("bends", [None, np.zeros((3, 3))])
+def test_lips_of_anybody_touch_as_in_speech(bends):
     worth = np.log(
         HEAD_FIT.usually_closed
         / (1 - HEAD_FIT.usually_closed)
@@ -56,9 +61,10 @@ def test_lips_of_anybody_touch_as_in_speech():
         / HEAD_FIT.resolution
     )
     usual = Seal.usual(0.1, SLOPE)
-    assert usual.worth == pytest.approx(worth)
+    assert usual.odds == pytest.approx(worth + np.log(HEAD_FIT.resolution))
     for against, closes in ((0.9 * worth, True), (1.1 * worth, False)):
-        picture = Picture([1.0, 0.2, 0.3], against * (SLOPE @ SLOPE) / 0.8**2)  # 0.8 mm apart
+        nats = against * (SLOPE @ SLOPE) / 0.8**2  # 0.8 mm apart
+        picture = Picture([1.0, 0.2, 0.3], nats, bends)
         made = sealed(picture, found(picture), usual)
         assert usual.apart(made.x) == pytest.approx(0.0 if closes else 0.8, abs=1e-9)
 
@@ -85,24 +91,26 @@ def test_lips_that_overlap_or_are_wide_open_stay(seal, opening):
     assert sealed(picture, found(picture), seal).best.n_evaluations == 10
 
 
-def test_lips_that_skin_holds_touch_where_that_costs_least():
+def test_lips_touch_where_that_costs_least():
     """A gap is closed by the parameter that the picture leaves free, not by the nearest way."""
 
     class Held(Picture):
-        terms: ClassVar = {"skin": SimpleNamespace(holds_skin=True)}
-
-        def information(self, x):
-            return np.diag([1.0, 100.0, 1.0])
-
-        def whole(self, x):
-            return x
-
         def __call__(self, x):
             away = x - self.best
-            return Solution(x, "", float(away @ self.information(x) @ away) / 2, {}, 1)
+            return Solution(x, "", float(away @ self.bends @ away) / 2, {}, 1)
 
-    picture, usual = Held([0.0, 0.1, 0.5], 0.0), Seal.usual(0.1, SLOPE)
+    picture = Held([0.0, 0.1, 0.5], 0.0, np.diag([1.0, 100.0, 1.0]))
+    usual = Seal.usual(0.1, SLOPE)
     made = sealed(picture, found(picture), usual)
     assert usual.apart(made.x) == pytest.approx(0.0, abs=1e-9)
     moved = made.x - picture.best
     assert moved[1:] == pytest.approx(-0.8 / (2.0 * 0.02 + 1.0) * np.array([0.02, 1.0]))
+
+
+@pytest.mark.parametrize(("band", "closes"), [(0.3, True), (3.0, False)])
+def test_the_more_gaps_the_picture_leaves_the_more_speaks_for_lips_apart(band, closes):
+    """What is compared is what the picture leaves of both cases, by Laplace's method."""
+    picture = Picture([0.8], 2.0 / 0.8**2, np.array([[2 * np.pi / band**2]]))
+    usual = Seal(0.0, np.array([1.0]), odds=2.0)
+    made = sealed(picture, found(picture), usual)
+    assert usual.apart(made.x) == pytest.approx(0.0 if closes else 0.8, abs=1e-9)
