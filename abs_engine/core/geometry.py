@@ -45,8 +45,7 @@ class Mesh:
 
     def areas(self) -> FloatArray:
         """Area of every facet, (F,) float64, mm^2."""
-        doubled = np.linalg.norm(_facet_cross(self.vertices, self.faces), axis=1)
-        return np.asarray(0.5 * doubled, np.float64)
+        return facet_areas(self.vertices, self.faces)
 
     def normals(self) -> FloatArray:
         """Area-weighted unit vertex normals, (V, 3) float64; zero where no facet has an area."""
@@ -134,7 +133,12 @@ def seamless_normals(
     return np.asarray(vertex_normals(points, weld[faces].astype(np.int32))[weld], np.float64)
 
 
-def _facet_cross(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
+def facet_areas(vertices: FloatArray, faces: NDArray[np.integer]) -> FloatArray:
+    """Area of every facet (F, 3) of a mesh, (F,) float64, in the vertices' units squared."""
+    return np.asarray(0.5 * np.linalg.norm(_facet_cross(vertices, faces), axis=1), np.float64)
+
+
+def _facet_cross(vertices: FloatArray, faces: NDArray[np.integer]) -> FloatArray:
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     return np.cross(b - a, c - a)
 

@@ -8,7 +8,7 @@ receives, which has nine numbers for each channel wherever the lamps are (see
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray, Image, IntArray
 from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import facet_areas
 from abs_engine.core.scene import Candidates
 from abs_engine.face import shading_loops
 from abs_engine.face.appearance.harmonics import HARMONICS, harmonics
@@ -42,46 +43,89 @@ class SkinPatch:
     facets : (G, 3) int32
         Into the S vertices.
     compared : (N,) int
-        Those of them that are compared; the patch's edge only gives others a normal.
+        Those of them that are compared; the others only give these a normal.
+    area : float, mm^2
+        Of all the skin that moves, at posture 0.
     """
 
     mean: FloatArray
     modes: FloatArray
     facets: NDArray[np.int32]
     compared: IntArray
+    area: float
 
     @classmethod
-    def of(cls, body: Body) -> SkinPatch:
+    def of(cls, body: Body, spot: float) -> SkinPatch:
         """The skin of a face that moves by `SHADING.least_motion` or more.
 
-        Lips shine and stretch: in real videos, and on drawn heads, they are better left out.
+        As many of its points are compared as `SHADING.together` for each `spot`, mm^2, of it. Lips
+        shine and stretch: in real videos, and on drawn heads, they are better left out.
         """
         shown = np.array([name == "skin" for name in body.regions])
         facets = body.faces[shown[body.facet_class]]
         motion = np.sqrt((body.modes.astype(np.float64) ** 2).sum(axis=(0, 2)))
         moves = motion > SHADING.least_motion
-        near = facets[moves[facets].any(axis=1)]
-        used = np.unique(near)
-        place = np.full(len(body.mean), -1)
-        place[used] = np.arange(len(used))
+        skin = facets[moves[facets].any(axis=1)]
+        points = np.unique(skin[moves[skin]])
+        area = float(facet_areas(body.mean.astype(np.float64), skin).sum())
+        points = points[:: max(1, round(len(points) * spot / max(SHADING.together * area, spot)))]
+        around = skin[np.isin(skin, points).any(axis=1)]
+        used, place = np.unique(around, return_inverse=True)
         return cls(
-            body.mean[used].astype(np.float64), body.modes[:, used].astype(np.float64),
-            place[near].astype(np.int32), np.flatnonzero(moves[used]),
+            body.mean[used].astype(np.float64), body.modes[:, used].astype(np.float64, "C"),
+            place.reshape(-1, 3).astype(np.int32), np.searchsorted(used, points),
+            area,
         )  # fmt: skip
 
-    @property
-    def area(self) -> float:
-        """Area at posture 0, mm^2."""
-        a, b, c = (self.mean[self.facets[:, k]] for k in range(3))
-        return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    def about(self, posture: FloatArray) -> PatchAbout:
+        """The compared points about a posture (P,)."""
+        moved = self.mean + np.tensordot(posture, self.modes, 1)
+        across, turning = shading_loops.normals_and_slopes(
+            moved, self.modes, self.facets, self.compared
+        )
+        along = self.modes[:, self.compared].reshape(len(posture), -1)
+        return PatchAbout(self.mean[self.compared], along, posture, across, turning)
+
+
+@dataclass(frozen=True, eq=False)
+class PatchAbout:
+    """The N compared points of a patch about a posture, from which their normals turn steadily.
+
+    Parameters
+    ----------
+    mean : (N, 3) float64, mm, head frame
+        Posture 0.
+    along : (P, 3 N) float64, mm
+        Modes.
+    posture : (P,) float64
+    across : (N, 3) float64, mm^2
+        Normals in this posture, as long as twice the area of the facets around them.
+    turning : (P, 3 N) float64, mm^2
+        How they change with each mode.
+    """
+
+    mean: FloatArray
+    along: FloatArray
+    posture: FloatArray
+    across: FloatArray
+    turning: FloatArray
+
+    def of(self, some: BoolArray) -> PatchAbout:
+        """The same of some points (N,)."""
+        each = np.repeat(some, 3)
+        along, turning = self.along[:, each], self.turning[:, each]
+        return replace(
+            self, mean=self.mean[some], along=along, across=self.across[some], turning=turning
+        )
 
     def placed(self, candidates: Candidates) -> tuple[FloatArray, FloatArray]:
-        """Places, mm, and normals of the compared points (B, N, 3), camera frame."""
-        moved = candidates.weights @ self.modes.reshape(len(self.modes), -1)
-        at, normals = shading_loops.places_and_normals(
-            self.mean + moved.reshape(-1, *self.mean.shape), self.facets, self.compared,
-            candidates.rotations, candidates.translations,
-        )  # fmt: skip
+        """Places, mm, and normals of the points (B, N, 3), camera frame."""
+        at, normals = shading_loops.turned(
+            self.mean.ravel() + candidates.weights @ self.along,
+            self.across.ravel() + (candidates.weights - self.posture) @ self.turning,
+            candidates.rotations,
+            candidates.translations,
+        )
         return at, normals
 
 
@@ -178,7 +222,7 @@ def _views(
 ) -> Iterator[tuple[BoolArray, FloatArray, FloatArray]]:
     """Of each frame, a mask of the points seen (N,), their light (N, 3), and their harmonics."""
     for image, candidate in frames:
-        at, normals = patch.placed(candidate)
+        at, normals = patch.about(candidate.weights[0]).placed(candidate)
         pixels = camera.project(at)
         there = seen(camera, image, at[0], normals[0])
         shown = LinearPicture.about(image, pixels[0, there]).at(pixels)

@@ -7,29 +7,60 @@ import numba
 import numpy as np
 
 from abs_engine.core.compiled import LOOP
-from abs_engine.core.facet_loops import unit_normals
 
 
 @numba.njit(**LOOP, error_model="numpy")
-def places_and_normals(moved, facets, points, turns, shifts):
-    """Places and normals (B, N, 3), camera frame, of points (N,) of a mesh that moves.
+def normals_and_slopes(vertices, modes, facets, points):
+    """Normals (N, 3) of points (N,) of a mesh, and how they change with its modes (P, 3 N).
 
-    The mesh has vertices (B, S, 3), turned by (B, 3, 3) and moved by (B, 3).
+    The mesh has vertices (S, 3) and modes (P, S, 3). Normals are as long as twice the area of the
+    facets around them.
     """
-    count, number = len(moved), len(points)
+    count, number = len(modes), len(points)
+    place = np.full(len(vertices), -1)
+    for n in range(number):
+        place[points[n]] = n
+    across, turning = np.zeros((number, 3)), np.zeros((count, 3 * number))
+    for f in range(len(facets)):
+        a, b, c = facets[f]
+        own = place[a], place[b], place[c]
+        if max(own) < 0:
+            continue
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            bj, bk = vertices[b, j] - vertices[a, j], vertices[b, k] - vertices[a, k]
+            cj, ck = vertices[c, j] - vertices[a, j], vertices[c, k] - vertices[a, k]
+            for n in own:
+                if n >= 0:
+                    across[n, i] += bj * ck - bk * cj
+            for p in range(count):
+                mode = modes[p]
+                slope = (mode[b, j] - mode[a, j]) * ck - (mode[b, k] - mode[a, k]) * cj
+                slope += bj * (mode[c, k] - mode[a, k]) - bk * (mode[c, j] - mode[a, j])
+                for n in own:
+                    if n >= 0:
+                        turning[p, 3 * n + i] += slope
+    return across, turning
+
+
+@numba.njit(**LOOP, error_model="numpy")
+def turned(moved, across, turns, shifts):
+    """Places and unit normals (B, N, 3), camera frame, of points and normals (B, 3 N), head frame.
+
+    They are turned by (B, 3, 3), and the points moved by (B, 3).
+    """
+    count, number = len(moved), moved.shape[1] // 3
     at, normals = np.empty((count, number, 3)), np.empty((count, number, 3))
     for b in range(count):
-        across = unit_normals(moved[b], facets)
         for n in range(number):
-            s = points[n]
+            x, y, z = moved[b, 3 * n], moved[b, 3 * n + 1], moved[b, 3 * n + 2]
+            u, v, w = across[b, 3 * n], across[b, 3 * n + 1], across[b, 3 * n + 2]
+            length = np.sqrt(u * u + v * v + w * w)
+            share = 1.0 / length if length > 0 else 0.0
             for i in range(3):
                 turn = turns[b, i]
-                normals[b, n, i] = (
-                    turn[0] * across[s, 0] + turn[1] * across[s, 1] + turn[2] * across[s, 2]
-                )
-                at[b, n, i] = shifts[b, i] + (
-                    turn[0] * moved[b, s, 0] + turn[1] * moved[b, s, 1] + turn[2] * moved[b, s, 2]
-                )
+                at[b, n, i] = shifts[b, i] + (turn[0] * x + turn[1] * y + turn[2] * z)
+                normals[b, n, i] = share * (turn[0] * u + turn[1] * v + turn[2] * w)
     return at, normals
 
 

@@ -9,14 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 
 from abs_engine.compare.residual_rows import Rows
 from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Candidates
@@ -26,6 +24,7 @@ from abs_engine.face.base import Face
 from abs_engine.face.settings.appearance import SHADING
 from abs_engine.face.shading import (
     LinearPicture,
+    PatchAbout,
     SkinPatch,
     SkinShading,
     learn_shading,
@@ -48,6 +47,8 @@ class ShadedSkin:
 
     Parameters
     ----------
+    near : PatchAbout
+        The M points that are seen.
     seen : (N,) bool
         Mask of the points that turn to the camera, about.
     nats : float
@@ -58,9 +59,8 @@ class ShadedSkin:
         Share of a parameter's first step over which slopes are taken.
     """
 
-    holds_skin: ClassVar[bool] = True  # see `fit.seal`
-
     looks: SkinShading
+    near: PatchAbout
     camera: Camera
     picture: LinearPicture
     seen: BoolArray
@@ -74,7 +74,7 @@ class ShadedSkin:
 
     def rows(self, candidates: Candidates) -> Rows:
         """Residuals of a batch, row by row, that are squared and summed."""
-        at, normals = self.patch.placed(candidates)
+        at, normals = self.near.placed(candidates)
         shown = self.picture.at(self.camera.project(at))
         looks = self.looks
         off = shading_loops.deviations(shown, normals, looks.light, self._colour, looks.noise)
@@ -84,12 +84,6 @@ class ShadedSkin:
         return Rows(rows, np.ones(rows.shape, np.bool_), value)
 
     @cached_property
-    def patch(self) -> SkinPatch:
-        """The patch with the points alone that are seen."""
-        patch = self.looks.patch
-        return replace(patch, compared=patch.compared[self.seen])
-
-    @cached_property
     def _colour(self) -> FloatArray:
         return self.looks.colour[self.seen]
 
@@ -97,17 +91,29 @@ class ShadedSkin:
 def shading_term(face: Face, view: View) -> ShadedSkin:
     """The error of shaded skin about a view's start."""
     looks: SkinShading = face.learned(NAME)
-    (at,), (normals,) = looks.patch.placed(view.frame.candidates(view.start[None]))
+    start = view.frame.candidates(view.start[None])
+    near = looks.patch.about(start.weights[0])
+    (at,), (normals,) = near.placed(start)
     there = seen(view.camera, view.image, at, normals)
     pixels = view.camera.project(at)
     picture = LinearPicture.about(view.image, pixels[there])
-    spot = SHADING.fitted_spot if len(face.identity) else SHADING.spot
-    nats = looks.patch.area / spot / len(at) / 3
+    nats = looks.patch.area / _spot(face) / len(at) / 3
     shown = picture.at(pixels[None])[0]
     looks = _in_light_of_frame(looks, normals, shown, there)
     return ShadedSkin(
-        looks, view.camera, picture, there, nats, _by_own_light(looks, normals, there)
+        looks,
+        near.of(there),
+        view.camera,
+        picture,
+        there,
+        nats,
+        _by_own_light(looks, normals, there),
     )
+
+
+def _spot(face: Face) -> float:
+    """Area of skin, mm^2, that is one observation."""
+    return SHADING.fitted_spot if len(face.identity) else SHADING.spot
 
 
 def _in_light_of_frame(
@@ -129,22 +135,17 @@ def _by_own_light(looks: SkinShading, normals: FloatArray, there: BoolArray) -> 
 
 def with_shading(
     face: Face, camera: Camera, frames: Iterable[tuple[Image, Pose, FloatArray]]
-) -> Face:
-    """The face with the shading that its skin has in some frames.
+) -> Face | None:
+    """The face with the shading that its skin has in some frames; None if they show too little.
 
     Each comes with about where the head is, and a correction of that and the posture (6 + P,).
-    Raises `ParameterError` if they show too little of it.
     """
     posed = [
         (image, PoseFrame(pose, face.pivot).candidates(vector[None]))
         for image, pose, vector in frames
     ]
-    learned = learn_shading(SkinPatch.of(face.body), camera, posed) if posed else None
-    if learned is None:
-        raise ParameterError(
-            "too little skin is seen to learn its shading", f"leave {NAME} out of --terms"
-        )
-    return face.looking(**{NAME: learned})
+    learned = learn_shading(SkinPatch.of(face.body, _spot(face)), camera, posed)
+    return None if learned is None else face.looking(**{NAME: learned})
 
 
 SHADING_KIND = TermKind(

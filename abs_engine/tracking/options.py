@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +62,8 @@ class TrackOptions:
     model_file : Path or None
         Its file, once `model` says its kind: see `presets.resolved`.
     terms : tuple of str or None
-        The evidence that is rendered and compared, of `core.registry.TERMS`; by default colour.
+        The evidence that is rendered and compared, of `core.registry.TERMS`; by default colour,
+        with shading for a head, unless an unknown one is found by blobs.
     driver : str or None
         What moves the parameters, of `core.registry.DRIVERS`; by default "newton" for a head or a
         speaker's own face seen by colour, else "simplex".
@@ -185,6 +186,10 @@ class Leaves:
         name = options.driver or "simplex"
         driver: Driver = DRIVERS.get(name)
         return cls(term_kinds(options.terms or ()), driver, name)
+
+    def without(self, name: str) -> Leaves:
+        """The same without evidence of some name."""
+        return replace(self, kinds={one: kind for one, kind in self.kinds.items() if one != name})
 
     def check(self, model: str) -> None:
         """Refuse what does not go together; see `fit.terms.check_leaves`.

@@ -47,7 +47,9 @@ class Preset:
     prepare: Prepare | None = None
 
 
-USUAL = Preset("what is used where nothing is chosen", "head", ("colour",), "newton", LANDMARKS)
+USUAL = Preset(
+    "what is used where nothing is chosen", "head", ("colour", "shading"), "newton", LANDMARKS
+)
 CLOSE_UP = Preset("a camera worn before the mouth", "worn", ("opening",), "newton", LANDMARKS)
 HEADS = (USUAL.model, "speaker")
 """Models that colours alone move by their borders."""
@@ -83,7 +85,7 @@ def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
         options = replace(options, speaker=file)
     if file is not None and kind == "shell" and options.physics is not None:
         raise ParameterError("two files say how the lips move", "leave out --physics, or --model")
-    terms = preset.terms if options.terms is None else options.terms
+    terms = _terms(options, preset, kind) if options.terms is None else options.terms
     chosen = replace(
         options,
         model=kind,
@@ -109,6 +111,14 @@ def _check_kind(options: TrackOptions, preset: Preset, kind: str) -> None:
             f"the preset '{options.preset}' is for the model '{preset.model}', not for '{kind}'",
             f"leave out --preset, or {other}",
         )
+
+
+def _terms(options: TrackOptions, preset: Preset, kind: str) -> tuple[str, ...]:
+    """The preset's evidence; of the usual, colour alone where shading was not measured."""
+    placed = options.start in (None, LANDMARKS) or options.person is not None
+    if preset is not USUAL or (kind == USUAL.model and placed):
+        return preset.terms
+    return preset.terms[:1]
 
 
 def _driver(preset: Preset, kind: str, terms: tuple[str, ...]) -> str:

@@ -112,6 +112,23 @@ def test_what_is_chosen_counts_more_than_the_preset():
 
 
 @pytest.mark.parametrize(
+    ("given", "terms"),
+    [
+        ({}, ("colour", "shading")),
+        ({"driver": "simplex"}, ("colour", "shading")),
+        ({"person": "clara", "start": "blobs"}, ("colour", "shading")),
+        ({"start": "blobs"}, ("colour",)),
+        ({"worn": True}, ("opening",)),
+        ({"model": "shell"}, ("colour",)),
+        ({"model": "talking"}, ("colour",)),
+        ({"preset": "basu1998"}, ("colour",)),
+    ],
+)
+def test_shading_is_compared_by_default_where_it_was_measured(given, terms):
+    assert resolved(TrackOptions(**given))[0].terms == terms
+
+
+@pytest.mark.parametrize(
     ("registry", "entry", "lacks"), [(DRIVERS, object, "minimiser"), (TERMS, object(), "bind")]
 )
 def test_an_entry_of_another_kind_is_named(registry, entry, lacks):

@@ -12,8 +12,7 @@ from runs import write_noise
 import abs_engine
 from abs_engine.cli import main
 from abs_engine.core.camera import Camera, Window
-from abs_engine.core.errors import ParameterError
-from abs_engine.core.geometry import FACING, Pose, rotations
+from abs_engine.core.geometry import FACING, Pose, rotations, vertex_normals
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, pose_and
 from abs_engine.face.appearance.harmonics import harmonics
@@ -128,7 +127,7 @@ def test_colours_and_light_explain_the_pictures_they_were_learned_from():
         (picture(p), PoseFrame(POSE, np.zeros(3)).candidates(np.r_[np.zeros(6), p][None]))
         for p in ((0.0, 0.0), (1.5, 0.0), (-1.5, 1.0))
     ]
-    learned = learn_shading(SkinPatch.of(BODY), CAMERA, frames)
+    learned = learn_shading(SkinPatch.of(BODY, 1.0), CAMERA, frames)
     assert (learned.noise < 0.05 * 0.3).all()
     x, y = learned.patch.mean[learned.patch.compared, :2].T
     for k in range(3):
@@ -182,11 +181,25 @@ def test_a_channel_that_is_black_says_nothing():
     assert (looks.noise > 0).all()
 
 
-def test_a_face_without_skin_is_refused():
+def test_of_a_face_without_skin_there_is_none():
     bare = SimpleNamespace(**{**vars(BODY), "regions": (None,)})
     for body, frames in ((bare, [(picture(np.zeros(2)), POSE, np.zeros(8))]), (BODY, [])):
-        with pytest.raises(ParameterError, match="leave shading out of --terms"):
-            with_shading(face_of(body), CAMERA, frames)
+        assert with_shading(face_of(body), CAMERA, frames) is None
+
+
+def test_some_of_the_skin_stands_for_all():
+    """Points that are left out cost nothing, and the others count as much as all did."""
+    spot = 100.0
+    patch, whole = SkinPatch.of(BODY, spot), SkinPatch.of(BODY, 0.1)
+    wanted = SHADING.together * patch.area / spot
+    assert 0.7 * wanted < len(patch.compared) < 1.5 * wanted < len(whole.compared) / 2
+    assert patch.area == whole.area
+    assert patch.area == pytest.approx(np.pi * 2 * 15.0**2 * np.log(2), rel=0.25)
+    still = PoseFrame(POSE, np.zeros(3)).candidates(np.zeros((1, 8)))
+    at, normals = patch.about(np.zeros(2)).placed(still)
+    assert np.linalg.norm(normals, axis=-1) == pytest.approx(1.0)
+    assert (normals[..., 2] < 0).all()  # towards the camera
+    assert np.ptp(at[0, :, 0]) > 30
 
 
 @pytest.mark.parametrize(
@@ -212,6 +225,25 @@ def test_a_known_head_is_tracked_nearer_by_its_shading(filmed):
     assert run.summary["score_of"] == "colour"
     away = run["lip_points"] - filmed.points(run["lip_vertex"])
     assert np.sqrt((away**2).sum(axis=-1).mean()) < 1.25  # 0.99 measured; 1.56 by colour alone
+
+
+def test_normals_turn_as_the_posture_changes():
+    """About a posture they are exact, and their slopes are those by differences."""
+    patch, posture = SkinPatch.of(BODY, 100.0), np.array([0.7, -0.4])
+    about = patch.about(posture)
+    for k, step in enumerate(1e-3 * np.eye(2)):
+        more, less = (patch.about(posture + way * step).across for way in (1, -1))
+        np.testing.assert_allclose(about.turning[k], (more - less).ravel() / 2e-3, atol=1e-8)
+    assert abs(about.turning).max() > 0.1
+    moved = patch.mean + np.tensordot(posture, patch.modes, 1)
+    exact = vertex_normals(moved, patch.facets)[patch.compared] @ POSE.rotation.T
+    here = PoseFrame(POSE, np.zeros(3)).candidates(np.r_[np.zeros(6), posture][None])
+    at, normals = about.placed(here)
+    np.testing.assert_allclose(normals[0], exact, atol=1e-9)
+    np.testing.assert_allclose(at[0], POSE.apply(moved[patch.compared]), atol=1e-9)
+    some = np.arange(len(exact)) % 3 == 0
+    for part, whole in zip(about.of(some).placed(here), (at, normals), strict=True):
+        np.testing.assert_allclose(part, whole[:, some], atol=1e-12)
 
 
 def test_the_skin_of_a_person_who_was_fitted_counts_less():

@@ -95,7 +95,7 @@ def test_a_renderer_of_one_thread_draws_in_that_thread_alone(tracker, tmp_path, 
 def test_without_landmarks_nothing_is_bound_ahead(tracker):
     frame = followed(tracker.setting, images()[0])
     binder = tracker.setting.binder
-    assert binder.ahead(frame, frame.pose).keys() == {"colour"}
+    assert binder.ahead(frame, frame.pose).keys() == {"colour", "shading"}
     assert binder.ahead(HeadFrame(frame.image, frame.pose), frame.pose) is None
 
 

@@ -30,6 +30,8 @@ from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import loop
 from abs_engine.tracking.models.shells import BUNDLED
 from abs_engine.tracking.options import TrackOptions
+from abs_engine.tracking.start import blob_start
+from abs_engine.tracking.start.person_fit import FittedPerson
 
 OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)
 pytestmark = pytest.mark.usefixtures("soon_ready")
@@ -45,8 +47,9 @@ def video(tmp_path_factory):
 def run(video):
     done = []
     found = abs_engine.track(
-        str(video), renderer="cpu", terms="colour", progress=lambda k, n: done.append((k, n))
-    )
+        str(video), renderer="cpu", terms="colour+shading",
+        progress=lambda k, n: done.append((k, n)),
+    )  # fmt: skip
     assert done == [(k, len(OPEN)) for k in range(1, len(OPEN) + 1)]
     return found
 
@@ -58,7 +61,7 @@ def written(video, tmp_path_factory):
     return abs_engine.track(str(video), str(folder), renderer="cpu"), folder
 
 
-SMOOTHED = {"renderer": "cpu", "terms": "colour", "smooth": "savitzky-golay:5"}
+SMOOTHED = {"renderer": "cpu", "terms": "colour+shading", "smooth": "savitzky-golay:5"}
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +87,7 @@ def test_a_run_has_arrays_and_writes_nothing(run, video):
     assert ((run.closed_probability > 0.5) == run.closed)[run.found].all()
     assert run.lip_points.shape[0] == run.rotation.shape[0] == len(OPEN)
     assert list(run.parameters)[:7] == ["rx", "ry", "rz", "tx", "ty", "tz", "shape1"]
-    assert run.settings["terms"] == ["colour"]
+    assert run.settings["terms"] == ["colour", "shading"]
     assert sorted(path.name for path in Path(video).parent.iterdir()) == ["head.mp4"]
     with pytest.raises(ParameterError, match="did you mean 'aperture'"):
         run["apertur"]
@@ -92,6 +95,16 @@ def test_a_run_has_arrays_and_writes_nothing(run, video):
     assert list(run) == list(run.arrays)
     with pytest.raises(ParameterError, match=r"run\['aperture'\]"):
         run[3]
+
+
+@pytest.mark.parametrize("person", [None, "amara"])
+def test_where_too_little_skin_is_seen_colours_are_compared_alone(video, monkeypatch, person):
+    monkeypatch.setattr(FittedPerson, "shaded", lambda *_: None)
+    monkeypatch.setattr(blob_start, "with_shading", lambda *_: None)
+    plain = abs_engine.track(str(video), renderer="cpu", person=person)
+    assert [line for line in plain.warnings if line.startswith("too little skin is seen")]
+    assert "shading" not in plain["term_names"]
+    assert plain.found.all()
 
 
 def test_landmarks_alone_are_no_second_measure_of_themselves(video, monkeypatch):
@@ -196,10 +209,8 @@ def test_mouths_of_learned_lips_are_compared_with_those_seen(video, chosen, lear
 
 def test_how_a_caller_has_numpy_treat_tiny_numbers_is_left_outside(video, run, recwarn):
     with np.errstate(all="raise"):
-        found = abs_engine.track(video, renderer="cpu", terms="colour")
-        results = abs_engine.prepare(
-            video, CpuRenderer(), TrackOptions(terms=("colour",))
-        ).results()
+        found = abs_engine.track(video, renderer="cpu")
+        results = abs_engine.prepare(video, CpuRenderer()).results()
         seen = []
         for _, one in results:
             assert np.geterr() == dict.fromkeys(("divide", "over", "under", "invalid"), "raise")
@@ -207,7 +218,7 @@ def test_how_a_caller_has_numpy_treat_tiny_numbers_is_left_outside(video, run, r
     np.testing.assert_array_equal(found.aperture, run.aperture)
     np.testing.assert_array_equal(seen, run.aperture)
     with np.errstate(all="warn"):
-        abs_engine.track(video, renderer="cpu", terms="colour")
+        abs_engine.track(video, renderer="cpu")
     assert not [one for one in recwarn if issubclass(one.category, RuntimeWarning)]
 
 

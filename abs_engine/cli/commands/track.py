@@ -94,7 +94,9 @@ def _needs() -> Iterator[str]:
         take.option("--model", metavar="NAME", type=take.Named(MODELS, or_file=True),
             text="what is tracked: a name, or the file of a model (default: head)"),
         take.option("--terms", metavar="NAME+NAME", type=take.Named(TERMS, join="+"),
-            text="evidence that is rendered and compared, names joined by + (default: colour)"),
+            text="evidence that is rendered and compared, names joined by + (default: "
+            "colour+shading for a head, colour with --start blobs or another model, opening for "
+            "a close-up)"),
         take.option("--driver", metavar="NAME", type=take.Named(DRIVERS),
             text="what moves the parameters (default: newton for a head or a speaker's own face "
             "seen by colour, else simplex)"),

@@ -30,6 +30,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import facet_areas
 
 _SINGULAR = 1e-12  # smallest pivot of a shell that is held, as a share of its own stiffness
 
@@ -125,8 +126,7 @@ class ThinShell:
     @cached_property
     def areas(self) -> FloatArray:
         """Areas (M,), mm^2."""
-        a, b, c = np.moveaxis(self.vertices[self.faces], 1, 0)
-        return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1), np.float64)
+        return facet_areas(self.vertices, self.faces)
 
     @cached_property
     def frames(self) -> FloatArray:

@@ -37,6 +37,7 @@ from abs_engine.tracking.frame.frame_state import ShiftedMotion
 from abs_engine.tracking.frame.head_frame import HeadBinder
 from abs_engine.tracking.frame.landmark_motion import LandmarkMotion
 from abs_engine.tracking.frame.mouth_landmarks import BOTH, LipLandmarks, MouthLandmarks
+from abs_engine.tracking.frame.mouth_landmarks import LANDMARKS as BY_LANDMARKS
 from abs_engine.tracking.frame.mouth_visibility import ByLook
 from abs_engine.tracking.head.head_fit import AverageHead
 from abs_engine.tracking.landmark import landmark_jacobian
@@ -46,7 +47,7 @@ from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Te
 from abs_engine.tracking.person.expected_person import anybody
 from abs_engine.tracking.person.frame_choice import candidate_frames, frames_to_learn, to_learn_from
 from abs_engine.tracking.person.scale import known_scale, proportion, pupil_distance, pupil_scale
-from abs_engine.tracking.results.run_warnings import NO_EYES, stretched
+from abs_engine.tracking.results.run_warnings import NO_EYES, UNSEEN_SKIN, stretched
 from abs_engine.tracking.start import beforehand
 from abs_engine.tracking.start.blob_start import by_blobs, mouth_model, physics_expression
 from abs_engine.tracking.start.given_head import GivenHead
@@ -109,7 +110,8 @@ def prepare_head(
             _check_box(clip.video, FaceBox.around_mouth(*options.mouth))
         remark = "no face was seen where it was expected: started from colours"
         with _box_named(options):
-            by_colour = by_blobs(clip, speaker, renderer, options, leaves, stage)
+            plain = leaves.without(SHADED)
+            by_colour = by_blobs(clip, speaker, renderer, options, plain, stage)
         return replace(by_colour, remarks=remark)
     with _box_named(options):
         return by_blobs(clip, speaker, renderer, options, leaves, stage)
@@ -205,18 +207,24 @@ def by_landmarks(
     fitted = fit_person(
         average.result(), chosen, clip.camera, renderer, clip.colours, tell, turned, grey, seen
     )
-    face = None
+    face: Face | None = None
+    warnings: tuple[str, ...] = ()
+    if options.evidence == BY_LANDMARKS:  # then nothing that is drawn counts
+        leaves = leaves.without(SHADED)
     if SHADED in leaves.kinds:
         face = fitted.shaded(chosen, renderer)
+        if face is None:
+            leaves, warnings = leaves.without(SHADED), (UNSEEN_SKIN,)
     poses = None if given is None else given.aligned(fitted, numbered)
     first = clip.first(follower.found)
     setting = head_setting(clip, fitted, renderer, options, leaves, choice, first, face, poses)
     eyes = [shows_eyes(marks, clip.info.size) for _, marks in turned]
     if not known and 2 * sum(eyes) < len(eyes):
         scale = scale.without_eyes
-        setting = replace(setting, warnings=(NO_EYES.format(scale.uncertainty),))
+        warnings = (NO_EYES.format(scale.uncertainty), *warnings)
     elif not known:
-        setting = replace(setting, warnings=stretched(proportion(fitted.model.head.mean, speaker)))
+        warnings = (*stretched(proportion(fitted.model.head.mean, speaker)), *warnings)
+    setting = replace(setting, warnings=warnings)
     facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, scale, follower.remarks(), facts)
 

@@ -36,6 +36,7 @@ from abs_engine.tracking.person.frame_choice import choose_frames
 from abs_engine.tracking.person.identity_fit import Calibration
 from abs_engine.tracking.person.multistart import calibrate_well
 from abs_engine.tracking.person.scale import known_scale, pupil_distance
+from abs_engine.tracking.results.run_warnings import UNSEEN_SKIN
 from abs_engine.tracking.runs.poses_file import read_poses
 
 
@@ -55,9 +56,13 @@ def by_blobs(
     shift = np.zeros(len(calibration.shift)) if held else calibration.shift
     face = held_head(model, calibration.person, calibration.classes)
     posed = [(f.image, shifted(f.pose, shift, model.pivot)) for f in frames]
+    warnings: tuple[str, ...] = ()
     if SHADED in leaves.kinds:
         shown = zip(posed, calibration.expressions, strict=True)
-        face = with_shading(face, clip.camera, ((*one, vector) for one, vector in shown))
+        lit = with_shading(face, clip.camera, ((*one, vector) for one, vector in shown))
+        if lit is None:
+            leaves, warnings = leaves.without(SHADED), (UNSEEN_SKIN,)
+        face = lit or face
     binder = HeadBinder(
         model, face, clip.camera, renderer, clip.info.rate, MouthLandmarks(model.n_expression),
         leaves.kinds, held,
@@ -69,7 +74,7 @@ def by_blobs(
     setting = ClipSetting(
         face, clip.camera, renderer, clip.info.rate, motion, binder, leaves.driver.minimiser(),
         replace(sight, usual=usual), clip.info.times,
-        NO_POSE if given else NO_FACE, pose_held=held,
+        NO_POSE if given else NO_FACE, pose_held=held, warnings=warnings,
     )  # fmt: skip
     scale = known_scale(pupils, options.person is not None, given)
     facts = {"start": BLOBS, "evidence": None}

@@ -100,19 +100,16 @@ class FittedPerson:
         now = MouthLook.of(self.classes, self.light.balanced(image, seen), seen)
         return now is not None and not self.look.hidden(now)
 
-    def shaded(self, seen: Sequence[Sighted], renderer: Renderer) -> Face:
+    def shaded(self, seen: Sequence[Sighted], renderer: Renderer) -> Face | None:
         """The face with the shading of its skin in those frames of a clip that show the mouth.
 
-        Raises
-        ------
-        ParameterError
-            If they show too little of it.
+        None if they show too little of it.
         """
         shown = [one for one in seen if self.shows(*one)]
         placed = placed_frames(self.textured, self.shape, shown, self.light)
         camera = self.textured.camera
         if not placed:
-            return with_shading(self.face, camera, ())
+            return None
         model, still = self.model, no_correction()
         mouths = PlacedMouths(model, placed, camera, renderer, still, self.person)
         starts = np.stack([frame.start(model.n_expression) for frame in placed])

@@ -16,6 +16,7 @@ from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import loop
 from abs_engine.tracking.detection.landmarks import OUTER_RING
 from abs_engine.tracking.detection.light import SkinLight
+from abs_engine.tracking.options import TrackOptions
 from abs_engine.tracking.run import prepare
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
@@ -108,7 +109,8 @@ def test_a_film_whose_light_falls(tmp_path):
         lit("amara", seen_at([0, 0.02 * k - 0.08, 0], [0, 0, 500]), jawOpen=amount)
         for k, amount in enumerate(OPEN)
     ]
-    made = prepare(write_kind(tmp_path / "film.mp4", "libx264", pictures), CpuRenderer())
+    video = write_kind(tmp_path / "film.mp4", "libx264", pictures)
+    made = prepare(video, CpuRenderer(), TrackOptions(terms="colour"))
     darker = [under(one, (0.55, 0.45, 0.4)) for one in pictures]
     shift = made.setting.motion
     blind = replace(shift, motion=replace(shift.motion, light=None))
