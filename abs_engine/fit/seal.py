@@ -5,9 +5,8 @@ the lips touch, which they do in a share w of all frames, the speaker's or anybo
 apart, all gaps up to the widest being equally probable beforehand. Of these the picture leaves a
 band as wide as its uncertainty sd of the gap: the evidence for lips apart is, by Laplace's method,
 the likelihood of the gap found times sqrt(2 pi) sd / widest (what of the band lies below 0, at most
-half, is counted, too). So lips touch, in the posture in which
-that costs least, unless the picture is against it by more than
-log(w / (1 - w) * widest / (sqrt(2 pi) sd)).
+half, is counted, too). So lips touch, in the posture in which that costs least, unless the picture
+is against it by more than log(w / (1 - w) * widest / (sqrt(2 pi) sd)).
 """
 
 from __future__ import annotations

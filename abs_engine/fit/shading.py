@@ -100,15 +100,8 @@ def shading_term(face: Face, view: View) -> ShadedSkin:
     nats = looks.patch.area / _spot(face) / len(at) / 3
     shown = picture.at(pixels[None])[0]
     looks = _in_light_of_frame(looks, normals, shown, there)
-    return ShadedSkin(
-        looks,
-        near.of(there),
-        view.camera,
-        picture,
-        there,
-        nats,
-        _by_own_light(looks, normals, there),
-    )
+    forgiven = _by_own_light(looks, normals, there)
+    return ShadedSkin(looks, near.of(there), view.camera, picture, there, nats, forgiven)
 
 
 def _spot(face: Face) -> float:

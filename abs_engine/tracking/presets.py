@@ -9,6 +9,7 @@ from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.registry import MODELS, PRESETS, nearest
 from abs_engine.fit.terms import bends, term_kinds
 from abs_engine.io.npz import read_kind
+from abs_engine.tracking.frame.mouth_landmarks import LANDMARKS as BY_LANDMARKS
 from abs_engine.tracking.model_entry import Prepare, model_named
 from abs_engine.tracking.options import LANDMARKS, TrackOptions
 
@@ -116,7 +117,8 @@ def _check_kind(options: TrackOptions, preset: Preset, kind: str) -> None:
 def _terms(options: TrackOptions, preset: Preset, kind: str) -> tuple[str, ...]:
     """The preset's evidence; of the usual, colour alone where shading was not measured."""
     placed = options.start in (None, LANDMARKS) or options.person is not None
-    if preset is not USUAL or (kind == USUAL.model and placed):
+    drawn = options.evidence != BY_LANDMARKS
+    if preset is not USUAL or (kind == USUAL.model and placed and drawn):
         return preset.terms
     return preset.terms[:1]
 

@@ -118,6 +118,7 @@ def test_what_is_chosen_counts_more_than_the_preset():
         ({"driver": "simplex"}, ("colour", "shading")),
         ({"person": "clara", "start": "blobs"}, ("colour", "shading")),
         ({"start": "blobs"}, ("colour",)),
+        ({"evidence": "landmarks"}, ("colour",)),
         ({"worn": True}, ("opening",)),
         ({"model": "shell"}, ("colour",)),
         ({"model": "talking"}, ("colour",)),

@@ -104,6 +104,7 @@ def test_where_too_little_skin_is_seen_colours_are_compared_alone(video, monkeyp
     plain = abs_engine.track(str(video), renderer="cpu", person=person)
     assert [line for line in plain.warnings if line.startswith("too little skin is seen")]
     assert "shading" not in plain["term_names"]
+    assert plain.settings["terms"] == ["colour"]
     assert plain.found.all()
 
 

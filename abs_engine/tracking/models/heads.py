@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -37,7 +38,6 @@ from abs_engine.tracking.frame.frame_state import ShiftedMotion
 from abs_engine.tracking.frame.head_frame import HeadBinder
 from abs_engine.tracking.frame.landmark_motion import LandmarkMotion
 from abs_engine.tracking.frame.mouth_landmarks import BOTH, LipLandmarks, MouthLandmarks
-from abs_engine.tracking.frame.mouth_landmarks import LANDMARKS as BY_LANDMARKS
 from abs_engine.tracking.frame.mouth_visibility import ByLook
 from abs_engine.tracking.head.head_fit import AverageHead
 from abs_engine.tracking.landmark import landmark_jacobian
@@ -101,7 +101,9 @@ def prepare_head(
     if options.from_landmarks or (speaker.imported and placed):
         correspondence = correspondence_of(speaker, renderer)
         try:
-            return by_landmarks(clip, speaker, correspondence, renderer, options, leaves, stage)
+            return _stated(
+                by_landmarks(clip, speaker, correspondence, renderer, options, leaves, stage)
+            )
         except FaceNotFoundError:
             expected = options.mouth is not None or options.poses is not None
             if not expected or options.pupil_distance or options.evidence != BOTH:
@@ -112,9 +114,15 @@ def prepare_head(
         with _box_named(options):
             plain = leaves.without(SHADED)
             by_colour = by_blobs(clip, speaker, renderer, options, plain, stage)
-        return replace(by_colour, remarks=remark)
+        return _stated(replace(by_colour, remarks=remark))
     with _box_named(options):
-        return by_blobs(clip, speaker, renderer, options, leaves, stage)
+        return _stated(by_blobs(clip, speaker, renderer, options, leaves, stage))
+
+
+def _stated(made: ClipTracker) -> ClipTracker:
+    """The same, which states the evidence that is compared: shading may have been left out."""
+    kinds = cast(HeadBinder, made.setting.binder).kinds
+    return replace(made, facts={**made.facts, "terms": list(kinds)})
 
 
 @contextmanager
@@ -209,8 +217,6 @@ def by_landmarks(
     )
     face: Face | None = None
     warnings: tuple[str, ...] = ()
-    if options.evidence == BY_LANDMARKS:  # then nothing that is drawn counts
-        leaves = leaves.without(SHADED)
     if SHADED in leaves.kinds:
         face = fitted.shaded(chosen, renderer)
         if face is None:
