@@ -131,7 +131,11 @@ def test_a_film_of_uneven_frames_is_played_at_their_times(browser, pages):
     assert len(set(frames)) > 3  # the fewer, the slower the machine
     assert np.abs(frame_of(greys) - frames).max() < 1.5
     late = times - frames / 25 - np.where(frames < reported.PAUSED, 0, reported.PAUSE)
-    assert np.abs(late[frames != reported.PAUSED - 1]).max() < 0.2
+    assert late.min() > -0.2
+    # a busy browser leaves frames out, the one on which the film stands still among them
+    moves_again = reported.PAUSED / 25 + reported.PAUSE
+    still = (times > (reported.PAUSED - 1) / 25) & (times < moves_again + 0.2)
+    assert late[~still | (frames >= reported.PAUSED)].max() < 0.2
 
 
 @pytest.mark.parametrize("name", ["plain", "scored"])
