@@ -8,7 +8,7 @@ receives, which has nine numbers for each channel wherever the lamps are (see
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -83,8 +83,9 @@ class SkinPatch:
         across, turning = shading_loops.normals_and_slopes(
             moved, self.modes, self.facets, self.compared
         )
-        along = self.modes[:, self.compared].reshape(len(posture), -1)
-        return PatchAbout(self.mean[self.compared], along, posture, across, turning)
+        along = np.ascontiguousarray(self.modes[:, self.compared].transpose(0, 2, 1))
+        mean = np.ascontiguousarray(self.mean[self.compared].T)
+        return PatchAbout(mean, along, posture, across, turning)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,14 +94,14 @@ class PatchAbout:
 
     Parameters
     ----------
-    mean : (N, 3) float64, mm, head frame
+    mean : (3, N) float64, mm, head frame
         Posture 0.
-    along : (P, 3 N) float64, mm
+    along : (P, 3, N) float64, mm
         Modes.
     posture : (P,) float64
-    across : (N, 3) float64, mm^2
+    across : (3, N) float64, mm^2
         Normals in this posture, as long as twice the area of the facets around them.
-    turning : (P, 3 N) float64, mm^2
+    turning : (P, 3, N) float64, mm^2
         How they change with each mode.
     """
 
@@ -112,21 +113,33 @@ class PatchAbout:
 
     def of(self, some: BoolArray) -> PatchAbout:
         """The same of some points (N,)."""
-        each = np.repeat(some, 3)
-        along, turning = self.along[:, each], self.turning[:, each]
-        return replace(
-            self, mean=self.mean[some], along=along, across=self.across[some], turning=turning
+        where = np.flatnonzero(some)
+        mean, along, across, turning = (
+            np.take(part, where, axis=-1)
+            for part in (self.mean, self.along, self.across, self.turning)
         )
+        return PatchAbout(mean, along, self.posture, across, turning)
 
     def placed(self, candidates: Candidates) -> tuple[FloatArray, FloatArray]:
         """Places, mm, and normals of the points (B, N, 3), camera frame."""
         at, normals = shading_loops.turned(
-            self.mean.ravel() + candidates.weights @ self.along,
-            self.across.ravel() + (candidates.weights - self.posture) @ self.turning,
+            self.mean + _moved(candidates.weights, self.along),
+            self.crossed(candidates.weights),
             candidates.rotations,
             candidates.translations,
         )
         return at, normals
+
+    def crossed(self, weights: FloatArray) -> FloatArray:
+        """Normals (..., 3, N), mm^2, head frame, in postures (..., P)."""
+        return self.across + _moved(weights - self.posture, self.turning)
+
+
+def _moved(weights: FloatArray, modes: FloatArray) -> FloatArray:
+    """Motion (..., 3, N) by weights (..., P) of modes (P, 3, N); quicker than `np.tensordot`."""
+    count, _, number = modes.shape
+    moved = weights @ modes.reshape(count, 3 * number)
+    return np.asarray(moved.reshape(*weights.shape[:-1], 3, number))
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,6 +192,10 @@ class LinearPicture:
     def at(self, pixels: FloatArray) -> FloatArray:
         """Light at pixels (B, N, 2) of the frame, (B, N, 3)."""
         return np.asarray(shading_loops.sampled(self.values, pixels - [self.left, self.top]))
+
+    def uphill(self, pixels: FloatArray) -> FloatArray:
+        """Slopes of the light at pixels (N, 2), along x and y, (N, 3, 2) for a pixel."""
+        return np.asarray(shading_loops.uphill(self.values, pixels - [self.left, self.top]))
 
 
 def seen(camera: Camera, image: Image, at: FloatArray, normals: FloatArray) -> BoolArray:

@@ -73,8 +73,10 @@ class Bordered(Term, Protocol):
 class Squared(Term, Protocol):
     """A term that is a sum of squares.
 
-    It may have `slope_difference`, the share of each parameter's first step over which Newton's
-    slopes are taken, by default 1.
+    It may have `slopes`, which Newton steps ask for instead of differences over first steps:
+    residuals (K,) of one candidate, and how they change with its pose, that turns about a pivot
+    (3,), and its posture, (6 + P, K). As for borders, turns from the base pose are taken to be
+    small, and the lens's distortion may be left out.
     """
 
     def rows(self, candidates: Candidates) -> Rows:

@@ -251,10 +251,14 @@ class Problem:
         return cost, -self.chosen(fall), self._of_free(bend)
 
     def _bent(self, term: Squared, x: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """The same of a sum of squares, by differences of first steps: see `Squared`."""
-        scale, share = self.spec.scale, float(getattr(term, "slope_difference", 1.0))
-        several = np.vstack([x, x + np.diag(share * scale)])
-        cost, curve, fall = self._linearised(term, several, share)
+        """The same of a sum of squares, by its slopes or differences of first steps."""
+        if hasattr(term, "slopes"):
+            rows, along = term.slopes(self.candidates(x[None]), self.frame.pivot)
+            free = along if len(self._places) == len(along) else along[self._places]
+            return float(rows @ rows), 2 * free @ rows, 2 * free @ free.T
+        scale = self.spec.scale
+        several = np.vstack([x, x + np.diag(scale)])
+        cost, curve, fall = self._linearised(term, several, 1.0)
         return cost, 2 * fall / scale, 2 * curve / np.outer(scale, scale)
 
     def push(self, x: FloatArray) -> FloatArray:

@@ -55,8 +55,6 @@ class ShadedSkin:
         Weight of half a squared standard deviation of one channel of one point.
     forgiven : (3, M, L) float64
         Orthonormal errors of the points seen that do not count, in each channel.
-    slope_difference : float
-        Share of a parameter's first step over which slopes are taken.
     """
 
     looks: SkinShading
@@ -66,7 +64,6 @@ class ShadedSkin:
     seen: BoolArray
     nats: float
     forgiven: FloatArray
-    slope_difference: float = SHADING.difference
 
     def negative_log(self, candidates: Candidates) -> FloatArray:
         """-log of the likelihood of each candidate, (B,), up to a constant."""
@@ -75,13 +72,40 @@ class ShadedSkin:
     def rows(self, candidates: Candidates) -> Rows:
         """Residuals of a batch, row by row, that are squared and summed."""
         at, normals = self.near.placed(candidates)
-        shown = self.picture.at(self.camera.project(at))
-        looks = self.looks
-        off = shading_loops.deviations(shown, normals, looks.light, self._colour, looks.noise)
-        off -= (off @ self.forgiven) @ self.forgiven.mT
-        rows = shading_loops.cauchy_roots(off, SHADING.tail, self.nats)
+        rows = self._roots(self._off(self.camera.project(at), normals))
         value = np.asarray((rows**2).sum(axis=1), np.float64)
         return Rows(rows, np.ones(rows.shape, np.bool_), value)
+
+    def slopes(self, candidate: Candidates, pivot: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Residuals (K,) of one candidate, and how they change with its parameters (6 + P, K).
+
+        Turns from the base pose are taken to be small; the lens's distortion is left out.
+        """
+        at, normals = self.near.placed(candidate)
+        pixels, looks = self.camera.project(at), self.looks
+        (turn,), (shift,) = candidate.rotations, candidate.translations
+        lengths = np.linalg.norm(self.near.crossed(candidate.weights[0]), axis=0)
+        along = shading_loops.deviation_slopes(
+            self.picture.uphill(pixels[0]), at[0], normals[0], lengths,
+            at[0] - (turn @ pivot + shift), turn, self.near.along, self.near.turning,
+            self.camera.matrix[[0, 1], [0, 1]], looks.light, self._colour, looks.noise,
+        )  # fmt: skip
+        off = self._off(pixels, normals)
+        rising = shading_loops.root_slopes(off[:, 0], SHADING.tail, self.nats)
+        shares, forgiven = along.swapaxes(0, 1) @ self.forgiven, self.forgiven.mT.copy()
+        shading_loops.as_root_slopes(along, shares, forgiven, rising)
+        return self._roots(off)[0], along.reshape(len(along), 3 * len(lengths))
+
+    def _off(self, pixels: FloatArray, normals: FloatArray) -> FloatArray:
+        """Deviations (3, B, M) of points at pixels (B, M, 2) with normals (B, M, 3)."""
+        looks, shown = self.looks, self.picture.at(pixels)
+        off = shading_loops.deviations(shown, normals, looks.light, self._colour, looks.noise)
+        off -= (off @ self.forgiven) @ self.forgiven.mT
+        return np.asarray(off)
+
+    def _roots(self, off: FloatArray) -> FloatArray:
+        """Residuals (B, K) of deviations (3, B, M)."""
+        return np.asarray(shading_loops.cauchy_roots(off, SHADING.tail, self.nats))
 
     @cached_property
     def _colour(self) -> FloatArray:
@@ -142,5 +166,9 @@ def with_shading(
 
 
 SHADING_KIND = TermKind(
-    NAME, shading_term, ("values", "residuals"), beside="colour", remedy="use --model head"
+    NAME,
+    shading_term,
+    ("values", "residuals"),
+    beside="colour",
+    remedy="use --model head, or a speaker's own face",
 )

@@ -56,8 +56,8 @@ def track(
     camera : path or Camera, optional
         Its calibration, or a `camera.json`.
     terms : str or sequence of str, optional
-        Evidence: "colour", "colour+texture"; by default "colour+shading" for a head, "colour" with
-        `start="blobs"` or another model.
+        Evidence: "colour", "colour+texture"; by default "colour+shading" for a head or a speaker's
+        own face, "colour" with `start="blobs"` or another model.
     progress : callable, optional
         Called after every frame with the number of frames done and of all frames.
     stage : callable, optional

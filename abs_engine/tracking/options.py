@@ -63,7 +63,7 @@ class TrackOptions:
         Its file, once `model` says its kind: see `presets.resolved`.
     terms : tuple of str or None
         The evidence that is rendered and compared, of `core.registry.TERMS`; by default colour,
-        with shading for a head, unless an unknown one is found by blobs.
+        with shading for a head or a speaker's own face, unless an unknown head is found by blobs.
     driver : str or None
         What moves the parameters, of `core.registry.DRIVERS`; by default "newton" for a head or a
         speaker's own face seen by colour, else "simplex".
@@ -150,7 +150,7 @@ COMPARED = {
     "head": ("colour", "shading"),
     "shell": ("colour",),
     "talking": ("colour", "texture", "local"),
-    "speaker": ("colour", "texture", "local"),
+    "speaker": ("colour", "texture", "local", "shading"),
     "worn": ("opening",),
 }
 """Evidence that the face of each of the engine's models has, or can have, an appearance for."""

@@ -53,7 +53,7 @@ USUAL = Preset(
 )
 CLOSE_UP = Preset("a camera worn before the mouth", "worn", ("opening",), "newton", LANDMARKS)
 HEADS = (USUAL.model, "speaker")
-"""Models that colours alone move by their borders."""
+"""Models that colours alone move by their borders, and whose skin's shading is compared."""
 
 
 def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
@@ -118,7 +118,7 @@ def _terms(options: TrackOptions, preset: Preset, kind: str) -> tuple[str, ...]:
     """The preset's evidence; of the usual, colour alone where shading was not measured."""
     placed = options.start in (None, LANDMARKS) or options.person is not None
     drawn = options.evidence != BY_LANDMARKS
-    if preset is not USUAL or (kind == USUAL.model and placed and drawn):
+    if preset is not USUAL or (kind in HEADS and placed and drawn):
         return preset.terms
     return preset.terms[:1]
 

@@ -121,6 +121,8 @@ def test_what_is_chosen_counts_more_than_the_preset():
         ({"evidence": "landmarks"}, ("colour",)),
         ({"worn": True}, ("opening",)),
         ({"model": "shell"}, ("colour",)),
+        ({"model": "speaker"}, ("colour", "shading")),
+        ({"model": "speaker", "evidence": "landmarks"}, ("colour",)),
         ({"model": "talking"}, ("colour",)),
         ({"preset": "basu1998"}, ("colour",)),
     ],

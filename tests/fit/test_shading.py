@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 
@@ -11,6 +12,7 @@ from runs import write_noise
 
 import abs_engine
 from abs_engine.cli import main
+from abs_engine.core.blocks import POSTURE
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import FACING, Pose, rotations, vertex_normals
 from abs_engine.core.params import ParamSpec
@@ -18,7 +20,7 @@ from abs_engine.core.pose import PoseFrame, pose_and
 from abs_engine.face.appearance.harmonics import harmonics
 from abs_engine.face.base import Body
 from abs_engine.face.settings.appearance import SHADING
-from abs_engine.face.shading import SkinPatch, learn_shading
+from abs_engine.face.shading import LinearPicture, SkinPatch, learn_shading
 from abs_engine.face.shading_loops import deviations
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.shading import NAME, shading_term, with_shading
@@ -233,7 +235,7 @@ def test_normals_turn_as_the_posture_changes():
     about = patch.about(posture)
     for k, step in enumerate(1e-3 * np.eye(2)):
         more, less = (patch.about(posture + way * step).across for way in (1, -1))
-        np.testing.assert_allclose(about.turning[k], (more - less).ravel() / 2e-3, atol=1e-8)
+        np.testing.assert_allclose(about.turning[k], (more - less) / 2e-3, atol=1e-8)
     assert abs(about.turning).max() > 0.1
     moved = patch.mean + np.tensordot(posture, patch.modes, 1)
     exact = vertex_normals(moved, patch.facets)[patch.compared] @ POSE.rotation.T
@@ -244,6 +246,60 @@ def test_normals_turn_as_the_posture_changes():
     some = np.arange(len(exact)) % 3 == 0
     for part, whole in zip(about.of(some).placed(here), (at, normals), strict=True):
         np.testing.assert_allclose(part, whole[:, some], atol=1e-12)
+
+
+def test_slopes_are_those_by_differences():
+    """By any base pose, pivot and camera; some points err far."""
+    problem, term = problem_of(np.array([1.0, 0.3]))
+    turned = rotations(np.array([[0.2, -0.3, 0.4]]))[0] @ POSE.rotation
+    base = PoseFrame(Pose(turned, POSE.translation), np.array([6.0, -4.0, 3.0]))
+    problem = replace(problem, frame=base)
+    wide = CAMERA.matrix * np.array([[1.1], [0.9], [1.0]])
+    term = replace(term, camera=Camera(wide, CAMERA.size))
+    x = np.r_[np.zeros(3), 0.3, -0.2, 1.0, 0.8, 0.1]
+    rows, along = term.slopes(problem.candidates(x[None]), problem.frame.pivot)
+
+    def at(vector):
+        return term.rows(problem.candidates(vector[None])).rows[0]
+
+    np.testing.assert_allclose(rows, at(x))
+    for slope, step in zip(along, 1e-5 * np.eye(len(x)), strict=True):
+        found = (at(x + step) - at(x - step)) / 2e-5
+        np.testing.assert_allclose(slope, found, rtol=1e-4, atol=1e-4 * abs(found).max())
+    far = abs(rows) > SHADING.tail * np.sqrt(0.5 * term.nats)
+    assert far.any()
+    assert not far.all()
+
+
+def test_a_frame_that_shows_none_of_the_skin_has_no_slopes():
+    problem, term = problem_of(np.zeros(2))
+    none = np.zeros(int(term.seen.sum()), bool)
+    blind = replace(
+        term, near=term.near.of(none), seen=np.zeros_like(term.seen), forgiven=term.forgiven[:, :0]
+    )
+    value, slope, curve = replace(problem, terms={NAME: blind}).newton(np.zeros(8), 2)
+    assert (value, abs(slope).max(), abs(curve).max()) == (0, 0, 0)
+
+
+def test_where_the_pose_is_held_slopes_are_those_of_the_posture():
+    problem, _ = problem_of(np.array([1.0, 0.3]))
+    x = np.r_[np.zeros(6), 0.8, 0.1]
+    held = replace(problem, free=(POSTURE,), held=x)
+    value, slope, curve = problem.newton(x, 2)
+    for part, whole in zip(held.newton(x[6:], 2), (value, slope[6:], curve[6:, 6:]), strict=True):
+        np.testing.assert_allclose(part, whole)
+
+
+def test_the_picture_does_not_rise_beyond_its_border():
+    picture = LinearPicture(np.random.default_rng(2).random((6, 8, 3), np.float32), 10, 20)
+    pixels = np.array([[12.3, 22.6], [9.0, 22.6], [12.3, 30.0], [np.nan, 22.6]])
+    found = picture.uphill(pixels)
+    for k, step in enumerate(1e-4 * np.eye(2)):
+        more, less = (picture.at((pixels + way * step)[None])[0] for way in (1, -1))
+        np.testing.assert_allclose(found[:3, :, k], (more - less)[:3] / 2e-4, atol=1e-6)
+    assert not found[1, :, 0].any()
+    assert not found[2, :, 1].any()
+    assert not found[3].any()
 
 
 def test_the_skin_of_a_person_who_was_fitted_counts_less():

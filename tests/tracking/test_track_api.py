@@ -30,8 +30,7 @@ from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import loop
 from abs_engine.tracking.models.shells import BUNDLED
 from abs_engine.tracking.options import TrackOptions
-from abs_engine.tracking.start import blob_start
-from abs_engine.tracking.start.person_fit import FittedPerson
+from abs_engine.tracking.start import shaded_skin
 
 OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)
 pytestmark = pytest.mark.usefixtures("soon_ready")
@@ -99,8 +98,7 @@ def test_a_run_has_arrays_and_writes_nothing(run, video):
 
 @pytest.mark.parametrize("person", [None, "amara"])
 def test_where_too_little_skin_is_seen_colours_are_compared_alone(video, monkeypatch, person):
-    monkeypatch.setattr(FittedPerson, "shaded", lambda *_: None)
-    monkeypatch.setattr(blob_start, "with_shading", lambda *_: None)
+    monkeypatch.setattr(shaded_skin, "with_shading", lambda *_: None)
     plain = abs_engine.track(str(video), renderer="cpu", person=person)
     assert [line for line in plain.warnings if line.startswith("too little skin is seen")]
     assert "shading" not in plain["term_names"]

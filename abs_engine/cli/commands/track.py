@@ -95,8 +95,8 @@ def _needs() -> Iterator[str]:
             text="what is tracked: a name, or the file of a model (default: head)"),
         take.option("--terms", metavar="NAME+NAME", type=take.Named(TERMS, join="+"),
             text="evidence that is rendered and compared, names joined by + (default: "
-            "colour+shading for a head, colour with --start blobs or another model, opening for "
-            "a close-up)"),
+            "colour+shading for a head or a speaker's own face, colour with --start blobs or "
+            "another model, opening for a close-up)"),
         take.option("--driver", metavar="NAME", type=take.Named(DRIVERS),
             text="what moves the parameters (default: newton for a head or a speaker's own face "
             "seen by colour, else simplex)"),

@@ -9,12 +9,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import PoseFrame, no_correction, parted
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import in_threads, workers
@@ -37,6 +39,14 @@ from abs_engine.tracking.landmark.landmark_fit import FrameLandmarks, fit_frame
 from abs_engine.tracking.landmark.landmark_shape import LandmarkShape
 from abs_engine.tracking.person.identity_fit import Calibration, fit_shared
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
+
+
+class PosedFrame(NamedTuple):
+    """A frame, about where its head is, and a correction of that and the posture (6 + P,)."""
+
+    frame: PlacedFrame
+    pose: Pose
+    vector: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,17 +101,22 @@ class PlacedHead:
         textured = self.textured
         return LipLandmarks.of(textured.shape, self.model.n_expression, textured.camera, person)
 
-    def known(self, frames: Sequence[PlacedFrame], found: Calibration) -> LandmarkShape:
-        """The person's landmarks once the mouth was fitted, and what the network is biased by."""
+    def posed(self, frames: Sequence[PlacedFrame], found: Calibration) -> list[PosedFrame]:
+        """The frames as a calibration has posed their heads and mouths."""
+        pivot = self.model.pivot
+        each = zip(frames, found.expressions, strict=True)
+        return [PosedFrame(f, shifted(f.pose, found.shift, pivot), v) for f, v in each]
+
+    def known(self, posed: Sequence[PosedFrame], person: FloatArray) -> LandmarkShape:
+        """The landmarks of a person (Q,) in fitted frames, and what the network is biased by."""
         model, shape, camera = self.model, self.textured.shape, self.textured.camera
-        moved = np.tensordot(found.person, self.correspondence.of(model.person_modes), 1)
+        moved = np.tensordot(person, self.correspondence.of(model.person_modes), 1)
         own = replace(shape, mean=shape.mean + moved)
         p, off = model.n_expression, []
-        pairs = list(zip(frames, found.expressions, strict=True))
-        for frame, vector in sorted(pairs, key=lambda pair: pair[0].face.landmarks.openness):
-            base = PoseFrame(shifted(frame.pose, found.shift, model.pivot), model.pivot)
-            posture = np.r_[parted(vector)[1], frame.face.fit.posture[p:]]
-            off.append(own.off(frame.face.landmarks, camera, base.pose(vector), posture))
+        for one in sorted(posed, key=lambda one: one.frame.face.landmarks.openness):
+            pose, face = PoseFrame(one.pose, model.pivot).pose(one.vector), one.frame.face
+            posture = np.r_[parted(one.vector)[1], face.fit.posture[p:]]
+            off.append(own.off(face.landmarks, camera, pose, posture))
         return shape.known(moved, off)
 
 
@@ -137,7 +152,7 @@ def calibrate_placed(
     seen: Sequence[tuple[Image, Landmarks]],
     known: ColourClasses | None = None,
     chromatic: bool = True,
-) -> tuple[Calibration, LandmarkShape]:
+) -> tuple[Calibration, LandmarkShape, list[PosedFrame]]:
     """Fit the person's mouth and learn the clip's colours about heads that landmarks have placed.
 
     With `known` colours only the mouth is fitted. `chromatic` is whether they, and the clip, are in
@@ -149,6 +164,8 @@ def calibrate_placed(
         Its shift is of the poses by texture and landmarks.
     LandmarkShape
         The person's landmarks, and what the network is biased by.
+    list of PosedFrame
+        The frames as they were fitted last.
 
     Raises
     ------
@@ -167,14 +184,16 @@ def calibrate_placed(
                 "give a video with a face" + given * ", and check --camera",
             )
         found = _round(head, placed, person, blur, known, chromatic)
-        person, shape, shift = found.person, head.known(placed, found), shift + found.shift
+        posed = head.posed(placed, found)
+        person, shift = found.person, shift + found.shift
+        shape = head.known(posed, person)
         moved = partial(head.again, shape=shape, shift=shift)
         placed = in_threads(moved, first, threads)
     coloured = [frame for frame in placed if not frame.grey]
     agreement = _agreement(head, coloured, found)
     exposure = Exposure.of([(image, marks.pixels) for image, marks in seen])
     classes = replace(found.classes, agreement=agreement, exposure=exposure)
-    return replace(found, shift=shift, classes=classes), shape
+    return replace(found, shift=shift, classes=classes), shape, posed
 
 
 def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibration) -> float:

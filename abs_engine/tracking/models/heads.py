@@ -47,12 +47,13 @@ from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Te
 from abs_engine.tracking.person.expected_person import anybody
 from abs_engine.tracking.person.frame_choice import candidate_frames, frames_to_learn, to_learn_from
 from abs_engine.tracking.person.scale import known_scale, proportion, pupil_distance, pupil_scale
-from abs_engine.tracking.results.run_warnings import NO_EYES, UNSEEN_SKIN, stretched
+from abs_engine.tracking.results.run_warnings import NO_EYES, stretched
 from abs_engine.tracking.start import beforehand
 from abs_engine.tracking.start.blob_start import by_blobs, mouth_model, physics_expression
 from abs_engine.tracking.start.given_head import GivenHead
 from abs_engine.tracking.start.person_fit import FittedPerson, fit_person
 from abs_engine.tracking.start.plugin_trial import Trial
+from abs_engine.tracking.start.shaded_skin import with_shaded_skin
 
 
 def prepare_head(
@@ -101,7 +102,7 @@ def prepare_head(
     if options.from_landmarks or (speaker.imported and placed):
         correspondence = correspondence_of(speaker, renderer)
         try:
-            return _stated(
+            return stated(
                 by_landmarks(clip, speaker, correspondence, renderer, options, leaves, stage)
             )
         except FaceNotFoundError:
@@ -114,12 +115,12 @@ def prepare_head(
         with _box_named(options):
             plain = leaves.without(SHADED)
             by_colour = by_blobs(clip, speaker, renderer, options, plain, stage)
-        return _stated(replace(by_colour, remarks=remark))
+        return stated(replace(by_colour, remarks=remark))
     with _box_named(options):
-        return _stated(by_blobs(clip, speaker, renderer, options, leaves, stage))
+        return stated(by_blobs(clip, speaker, renderer, options, leaves, stage))
 
 
-def _stated(made: ClipTracker) -> ClipTracker:
+def stated(made: ClipTracker) -> ClipTracker:
     """The same, which states the evidence that is compared: shading may have been left out."""
     kinds = cast(HeadBinder, made.setting.binder).kinds
     return replace(made, facts={**made.facts, "terms": list(kinds)})
@@ -215,12 +216,7 @@ def by_landmarks(
     fitted = fit_person(
         average.result(), chosen, clip.camera, renderer, clip.colours, tell, turned, grey, seen
     )
-    face: Face | None = None
-    warnings: tuple[str, ...] = ()
-    if SHADED in leaves.kinds:
-        face = fitted.shaded(chosen, renderer)
-        if face is None:
-            leaves, warnings = leaves.without(SHADED), (UNSEEN_SKIN,)
+    leaves, face, warnings = with_shaded_skin(leaves, fitted.face, clip.camera, fitted.posed)
     poses = None if given is None else given.aligned(fitted, numbered)
     first = clip.first(follower.found)
     setting = head_setting(clip, fitted, renderer, options, leaves, choice, first, face, poses)
@@ -251,8 +247,8 @@ def head_setting(
     options: TrackOptions,
     leaves: Leaves,
     choice: FaceChoice,
-    found: Sequence[Landmarks | None] = (),
-    face: Face | None = None,
+    found: Sequence[Landmarks | None],
+    face: Face,
     given: GivenMotion | None = None,
 ) -> ClipSetting:
     """A clip of a person whose head and colours are known.
@@ -265,7 +261,6 @@ def head_setting(
     noisy = replace(shape, deviation=fitted.deviation)
     lips = LipLandmarks.of(noisy, model.n_expression, clip.camera)
     marks = MouthLandmarks(model.n_expression, lips, options.evidence)
-    face = fitted.face if face is None else face
     binder = HeadBinder(
         model,
         face,

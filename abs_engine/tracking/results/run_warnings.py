@@ -82,7 +82,7 @@ NO_EYES = (
     "the eyes are outside of the picture: how large the head is follows from the rest of the face, "
     "and all lengths may be off by about {:.0%}; film the whole face"
 )
-UNSEEN_SKIN = "too little skin is seen to compare its shading; colours are compared alone"
+UNSEEN_SKIN = "too little skin is seen to compare its shading, which is left out"
 STRETCHED = (
     "the face is much {} for its height than most: if the video was stretched, as where 4:3 is "
     "shown as 16:9, widths and apertures are off; give it with its right proportions"

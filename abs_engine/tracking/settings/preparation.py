@@ -137,7 +137,12 @@ class PreparationSettings:
     aligned_deviation : tuple of float, rad and mm
         What is left where the head's texture was aligned. Not measured.
     pose_deviation : tuple of float, rad and mm
-        What the rigid motion of the upper face leaves open in a frame. Not measured.
+        What the rigid motion of the upper face leaves open in a frame. Measured on films of unknown
+        ICT heads (seeds 5 to 8; 61 to 64), 0.15 mm for 0.5 across the line of sight: the lips'
+        motion is off by 1.08 and 0.88 mm for 1.10 and 0.89, apertures are alike, and 90 % intervals
+        hold 0.92 and 0.85 of the gaps read by eye in strangers' mouths (two halves) for 0.93 and
+        0.88. With a third of the rotation, too, 0.89 of the closed frames of seed 7 are found for
+        0.96.
     """
 
     learn_from: int = 8

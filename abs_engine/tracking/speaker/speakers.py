@@ -21,7 +21,7 @@ from abs_engine.tracking.detection.light import SkinLight
 from abs_engine.tracking.head.head_pose import placed_fit
 from abs_engine.tracking.landmark.rendered_landmarks import correspondence_of
 from abs_engine.tracking.model_entry import Model, own_file
-from abs_engine.tracking.models.heads import head_setting
+from abs_engine.tracking.models.heads import head_setting, stated
 from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.person.frame_choice import Brightness, Sighted
 from abs_engine.tracking.results.run_warnings import FACE_COLOURS, FACE_LOOKS, UNCOVERED, other_head
@@ -36,6 +36,7 @@ from abs_engine.tracking.speaker.clip_looks import (
 from abs_engine.tracking.speaker.speaker_face import SpeakerFace, has_looks, load_speaker_face
 from abs_engine.tracking.speaker.speaker_looks import compared, looking
 from abs_engine.tracking.start.person_fit import FittedPerson
+from abs_engine.tracking.start.shaded_skin import with_shaded_skin
 
 
 def prepare_speaker(
@@ -60,7 +61,7 @@ def prepare_speaker(
     tell("finding the face")
     choice, looked = FaceChoice.asked(options.face, options.mouth), PREPARATION.speaker_looked
     found = SpeakerClip(clip, choice, face, speaker, looked=looked)
-    return found.tracker(options, leaves, renderer, tell)
+    return stated(found.tracker(options, leaves, renderer, tell))
 
 
 def _path(options: TrackOptions) -> Path:
@@ -140,12 +141,13 @@ class SpeakerClip:
             head = known_head(face, fitted.textured, self.speaker)
             anew = with_looks_of_clip(clip, self.choice, face, head, renderer, tell)
         fitted = anew or fitted
-        own = fitted.face
+        posed = fitted.posed or fitted.posed_in(seen, renderer)
+        leaves, own, unseen = with_shaded_skin(leaves, fitted.face, clip.camera, posed)
         if looks is not None:
             own = looking(own, looks, compared(face, self.speaker))
         found = clip.first(follower.found)
         made = head_setting(clip, fitted, renderer, options, leaves, self.choice, found, own)
-        warned = other_head(off)
+        warned = (*unseen, *other_head(off))
         facts = {"start": LANDMARKS, "evidence": options.evidence, "head_misfit": round(off, 2)}
         remarks, hint = follower.remarks().splitlines(), ""
         if anew is not None:

@@ -19,8 +19,6 @@ from abs_engine.face.appearance.exposure import Exposure, colourless
 from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
 from abs_engine.face.shape.linear import LinearShape
-from abs_engine.fit.shading import NAME as SHADED
-from abs_engine.fit.shading import with_shading
 from abs_engine.io.assets import Speaker
 from abs_engine.tracking.detection.initial_pose import FaceBox
 from abs_engine.tracking.detection.mouth_search import CalibrationFrame, shifted
@@ -36,8 +34,8 @@ from abs_engine.tracking.person.frame_choice import choose_frames
 from abs_engine.tracking.person.identity_fit import Calibration
 from abs_engine.tracking.person.multistart import calibrate_well
 from abs_engine.tracking.person.scale import known_scale, pupil_distance
-from abs_engine.tracking.results.run_warnings import UNSEEN_SKIN
 from abs_engine.tracking.runs.poses_file import read_poses
+from abs_engine.tracking.start.shaded_skin import with_shaded_skin
 
 
 def by_blobs(
@@ -56,13 +54,8 @@ def by_blobs(
     shift = np.zeros(len(calibration.shift)) if held else calibration.shift
     face = held_head(model, calibration.person, calibration.classes)
     posed = [(f.image, shifted(f.pose, shift, model.pivot)) for f in frames]
-    warnings: tuple[str, ...] = ()
-    if SHADED in leaves.kinds:
-        shown = zip(posed, calibration.expressions, strict=True)
-        lit = with_shading(face, clip.camera, ((*one, vector) for one, vector in shown))
-        if lit is None:
-            leaves, warnings = leaves.without(SHADED), (UNSEEN_SKIN,)
-        face = lit or face
+    shown = ((*one, v) for one, v in zip(posed, calibration.expressions, strict=True))
+    leaves, face, warnings = with_shaded_skin(leaves, face, clip.camera, shown)
     binder = HeadBinder(
         model, face, clip.camera, renderer, clip.info.rate, MouthLandmarks(model.n_expression),
         leaves.kinds, held,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import no_correction
 from abs_engine.core.scene import Renderer
@@ -19,12 +20,12 @@ from abs_engine.face.appearance.colourless import in_colour, is_grey
 from abs_engine.face.base import Face
 from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
-from abs_engine.fit.shading import with_shading
 from abs_engine.tracking.detection.landmarks import Landmarks
 from abs_engine.tracking.detection.light import SkinLight
 from abs_engine.tracking.frame.cut_faces import MouthInPicture
 from abs_engine.tracking.frame.landmark_calibration import (
     PlacedHead,
+    PosedFrame,
     calibrate_placed,
     placed_frames,
 )
@@ -37,6 +38,9 @@ from abs_engine.tracking.person.frame_choice import Sighted, frames_to_learn
 from abs_engine.tracking.person.multistart import learning
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION
+
+Posed = tuple[Image, Pose, FloatArray]
+"""A frame whose head and mouth are posed: see `FittedPerson.posed`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +67,9 @@ class FittedPerson:
         Postures that were seen of this person.
     grey_below : float
         See `LandmarkMotion`.
+    posed : sequence
+        Frames (H, W, 3) in colour that the mouth was fitted to and shows in, if any; each with
+        about where its head is, and a correction of that and the posture (6 + P,).
     """
 
     model: MouthModel
@@ -77,6 +84,7 @@ class FittedPerson:
     steps: FloatArray | None = None
     seen: FloatArray | None = None
     grey_below: float = 0.0
+    posed: Sequence[Posed] = ()
 
     @cached_property
     def face(self) -> Face:
@@ -100,22 +108,27 @@ class FittedPerson:
         now = MouthLook.of(self.classes, self.light.balanced(image, seen), seen)
         return now is not None and not self.look.hidden(now)
 
-    def shaded(self, seen: Sequence[Sighted], renderer: Renderer) -> Face | None:
-        """The face with the shading of its skin in those frames of a clip that show the mouth.
-
-        None if they show too little of it.
-        """
+    def posed_in(self, seen: Sequence[Sighted], renderer: Renderer) -> Iterator[Posed]:
+        """The frames that show the mouth, with where the head and its posture are in them."""
         shown = [one for one in seen if self.shows(*one)]
         placed = placed_frames(self.textured, self.shape, shown, self.light)
-        camera = self.textured.camera
         if not placed:
-            return None
+            return
         model, still = self.model, no_correction()
-        mouths = PlacedMouths(model, placed, camera, renderer, still, self.person)
+        mouths = PlacedMouths(model, placed, self.textured.camera, renderer, still, self.person)
         starts = np.stack([frame.start(model.n_expression) for frame in placed])
         vectors = mouths.postures(mouths.terms(self.classes, starts), starts)
-        each = zip(placed, vectors, strict=True)
-        return with_shading(self.face, camera, ((f.image, f.pose, vector) for f, vector in each))
+        for frame, vector in zip(placed, vectors, strict=True):
+            yield frame.image, frame.pose, vector
+
+    def posed_by(self, posed: Iterable[PosedFrame]) -> FittedPerson:
+        """The same with those frames that a calibration has posed and that show the mouth."""
+        frames = [
+            (frame.image, pose, vector)
+            for frame, pose, vector in posed
+            if not frame.grey and self.shows(frame.image, frame.face.landmarks)
+        ]
+        return replace(self, posed=frames)
 
 
 def fit_person(
@@ -189,14 +202,15 @@ def _fitted(
     placed = PlacedHead(model, head.textured, average.correspondence, renderer, light, below)
     # Where there is no colour, landmarks are all that is known of the mouth, and err
     telling = coloured if len(coloured) >= LANDMARK_EVIDENCE.closest else chosen
-    found, shape = calibrate_placed(placed, telling, known, chromatic)
+    found, shape, posed = calibrate_placed(placed, telling, known, chromatic)
 
     def looked(one: Sighted) -> MouthLook | None:
         image, marks = one
         return MouthLook.of(found.classes, light.balanced(image, marks), marks)
 
     look = MouthLook.usual(in_threads(looked, coloured))
-    return FittedPerson(
+    fitted = FittedPerson(
         model, found.person, replace(head.textured, shift=found.shift), shape,
         head.textured.shape.deviation, found.classes, light, look, grey_below=below,
     )  # fmt: skip
+    return fitted.posed_by(posed)

@@ -92,7 +92,7 @@ def calibrated():
 
 def test_without_colour_skin_and_lips_are_not_mixed():
     assert calibrated()[0].classes.mixed > 0
-    found, _ = calibrate_placed(placed(), clip(), chromatic=False)
+    found, *_ = calibrate_placed(placed(), clip(), chromatic=False)
     assert not found.classes.chromatic
     assert found.classes.mixed == 0
 
@@ -127,7 +127,7 @@ def apart(k, pose, vertices, names=("outer", "upper", "lower")):
 
 @pytest.mark.parametrize("k", range(len(POSTURES)))
 def test_the_lips_are_left_where_they_are_in_the_picture(k):
-    found, shape = calibrated()
+    found, shape, _ = calibrated()
     model, vector = placed().model, found.expressions[k]
     textured = replace(placed().textured, shift=found.shift)
     fit = placed_fit(textured, shape, *clip()[k])
@@ -137,12 +137,22 @@ def test_the_lips_are_left_where_they_are_in_the_picture(k):
     assert apart(k, PoseFrame(pose, model.pivot).pose(vector[:6]), vertices) < 2.5
 
 
+@pytest.mark.parametrize("k", range(len(POSTURES)))
+def test_frames_are_handed_on_as_they_were_fitted(k):
+    found, _, posed = calibrated()
+    model, one = placed().model, posed[k]
+    np.testing.assert_array_equal(one.vector, found.expressions[k])
+    assert one.frame.face.landmarks is clip()[k][1]
+    vertices = model.held(found.person).vertices(one.vector[6:])
+    assert apart(k, PoseFrame(one.pose, model.pivot).pose(one.vector), vertices) < 2.5
+
+
 def test_the_texture_is_looked_for_once_in_each_frame(monkeypatch):
     looked, pose = [], TexturedHead.pose
     monkeypatch.setattr(
         TexturedHead, "pose", lambda self, *given: looked.append(1) or pose(self, *given)
     )
-    found, _ = calibrate_placed(placed(), clip())
+    found, *_ = calibrate_placed(placed(), clip())
     assert len(looked) == len(clip())
     np.testing.assert_array_equal(found.shift, calibrated()[0].shift)
 
@@ -192,7 +202,7 @@ def test_apertures_by_colours_follow_the_landmarks():
 
 
 def test_the_mouth_is_fitted_and_the_head_hardly_moved():
-    found, _ = calibrated()
+    found, *_ = calibrated()
     assert np.abs(found.shift[:3]).max() < 0.01
     assert np.abs(found.shift[3:5]).max() < 3.0
     assert np.abs(found.person / placed().model.person_deviation).max() < 4.0
@@ -200,7 +210,7 @@ def test_the_mouth_is_fitted_and_the_head_hardly_moved():
 
 
 def test_the_landmarks_of_the_person_are_less_off_than_anybodys():
-    _, shape = calibrated()
+    _, shape, _ = calibrated()
     before = [fit_frame(placed().textured.shape, seen, CAMERA).misfit for _, seen in clip()]
     sure = replace(shape, deviation=placed().textured.shape.deviation)
     after = [fit_frame(sure, seen, CAMERA).misfit for _, seen in clip()]
@@ -208,7 +218,7 @@ def test_the_landmarks_of_the_person_are_less_off_than_anybodys():
 
 
 def test_apertures_are_told_apart():
-    found, _ = calibrated()
+    found, *_ = calibrated()
     model = placed().model
     gaps = []
     for vector in found.expressions:
@@ -220,7 +230,7 @@ def test_apertures_are_told_apart():
 
 def test_known_colours_are_kept():
     classes = calibrated()[0].classes
-    again, _ = calibrate_placed(placed(), clip()[:1], classes)
+    again, *_ = calibrate_placed(placed(), clip()[:1], classes)
     assert again.classes.mixtures is classes.mixtures
     assert again.classes.separability is classes.separability
 

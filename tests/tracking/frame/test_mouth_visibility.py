@@ -17,7 +17,9 @@ from abs_engine.tracking.detection.landmarks import INNER_RING, OUTER_RING, Land
 from abs_engine.tracking.detection.light import SkinLight
 from abs_engine.tracking.frame.blob_visibility import BRIGHT, COVERED, DARK
 from abs_engine.tracking.frame.frame_state import HeadFrame, SeenFace
+from abs_engine.tracking.frame.landmark_calibration import PosedFrame
 from abs_engine.tracking.frame.mouth_visibility import ByLook, MouthLook
+from abs_engine.tracking.frame.placed_mouths import PlacedFrame
 from abs_engine.tracking.start import person_fit
 from abs_engine.tracking.start.person_fit import FittedPerson
 
@@ -212,6 +214,16 @@ def test_frames_with_a_hidden_mouth_are_not_learned_from(monkeypatch):
     ]
     person_fit.fit_person(None, clip(), None, None, None, print)
     assert len(asked) == 3  # nothing is hidden: once
+
+
+def test_shading_is_learned_from_frames_that_show_the_mouth_in_colour(monkeypatch):
+    pictures = [np.full((2, 2, 3), k, np.uint8) for k in range(3)]
+    seen = SimpleNamespace(landmarks=None)
+    frames = [PlacedFrame(image, seen, grey=k == 1) for k, image in enumerate(pictures)]
+    monkeypatch.setattr(FittedPerson, "shows", lambda _fitted, image, _marks: image[0, 0, 0] != 2)
+    fitted = FittedPerson(*[None] * 5, colours(), SkinLight.of(clip()), usual())
+    posed = fitted.posed_by(PosedFrame(frame, None, np.zeros(8)) for frame in frames).posed
+    assert [id(image) for image, *_ in posed] == [id(pictures[0])]
 
 
 def test_frames_are_chosen_anew_among_all_where_some_hide_the_mouth(monkeypatch):

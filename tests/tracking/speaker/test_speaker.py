@@ -14,6 +14,7 @@ from drawn import lit
 from heads import seen_at
 from runs import write_kind, write_noise
 
+import abs_engine
 from abs_engine.cli import main
 from abs_engine.cli.commands.speaker import _few
 from abs_engine.core.camera import Camera
@@ -30,6 +31,7 @@ from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker import speaker_learning
 from abs_engine.tracking.speaker.clip_looks import ANEW
 from abs_engine.tracking.speaker.speaker_face import load_speaker_face
+from abs_engine.tracking.start import shaded_skin
 
 FRAMES, AGAIN = 20, 6
 TIME = 1.2 * np.arange(FRAMES)
@@ -162,8 +164,17 @@ def test_a_clip_is_tracked_with_it(learned, video, tmp_path):
     named = told["settings"]
     assert named["model_sha256"] == sha256(learned[0].read_bytes()).hexdigest()
     assert named["colours"] == "the face's"
+    assert named["terms"] == ["colour", "shading"]
     assert named["head_misfit"] < DOUBTS.most_speaker_misfit
     assert told["summary"]["warnings"] == []
+
+
+def test_where_too_little_skin_is_seen_shading_is_left_out(learned, video, monkeypatch):
+    monkeypatch.setattr(shaded_skin, "with_shading", lambda *_: None)
+    plain = abs_engine.track(video, renderer="cpu", model=learned[0])
+    assert plain.settings["terms"] == ["colour"]
+    assert [line for line in plain.warnings if line.startswith("too little skin is seen")]
+    assert plain.found.all()
 
 
 def test_in_another_light_the_looks_are_learned_from_the_clip(learned, tmp_path):
@@ -179,6 +190,7 @@ def test_in_another_light_the_looks_are_learned_from_the_clip(learned, tmp_path)
     assert run("track", film, "-o", folder, "--renderer", "cpu", "--model", learned[0]) == 0
     told = json.loads((folder / "run.json").read_text())["settings"]
     assert (told["remarks"], told["colours"]) == (ANEW, "learned")
+    assert told["terms"] == ["colour", "shading"]
     found = load_run(folder)
     assert np.corrcoef(found["aperture"], NEAR)[0, 1] > 0.95
     assert [str(name) for name in found["parameter_names"]][6:] == list(learned[1]["postures"])
