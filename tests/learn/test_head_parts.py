@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from imported import table, write_glb
 
+from abs_engine.cli.commands.import_ import report
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.rings import lip_rings
 from abs_engine.face.schema import region_of
@@ -94,6 +95,26 @@ def test_lips_are_on_facets_where_a_material_leaves_the_first_copy_of_a_vertex_u
     for name, at in lip_rings(head).items():
         assert np.isin(at, head.faces).all()
         assert np.array_equal(head.vertices[at], alone.vertices[lip_rings(alone)[name]])
+
+
+def test_facets_that_face_into_the_head_are_turned_round(mesh, built):
+    """They would be left out of every drawing, and the back of the head be scored as the face."""
+    inverted = built(replace(mesh, faces=mesh.faces[:, ::-1]))
+    alone = built(mesh)
+    assert (inverted.inside_out, alone.inside_out) == (True, False)
+    assert np.array_equal(inverted.speaker.faces, alone.speaker.faces)
+    assert np.array_equal(inverted.speaker.points["face"], alone.speaker.points["face"])
+    said = "facets were turned round, as they faced into the head"
+    assert said in report(inverted)
+    assert said not in report(alone)
+
+
+def test_a_picture_stays_on_facets_that_are_turned_round(mesh, built):
+    spots = np.random.default_rng(0).random((len(mesh.vertices), 2), np.float32)
+    grey = np.full((8, 8, 3), 120, np.uint8)
+    pictured = replace(mesh, uv=spots[mesh.faces], texture=grey)
+    inverted = replace(pictured, faces=mesh.faces[:, ::-1], uv=pictured.uv[:, ::-1])
+    assert np.array_equal(built(inverted).speaker.uv, built(pictured).speaker.uv)
 
 
 def test_eyes_that_lie_away_from_the_face_are_refused(mesh, built):

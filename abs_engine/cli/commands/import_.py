@@ -63,6 +63,7 @@ def import_(chosen: Chosen) -> Done:
         "people": list(head.people),
         "missing": list(made.missing),
         "exchanged": list(made.exchanged),
+        "inside_out": made.inside_out,
         "unused": list(made.unused),
         "added": list(made.added),
         "hidden": list(made.hidden),
@@ -93,6 +94,8 @@ def report(made: ImportedHead) -> list[str]:
             "left and right were exchanged, as names have them as a viewer sees them: "
             f"{listed(made.exchanged)}"
         )
+    if made.inside_out:
+        lines.append("facets were turned round, as they faced into the head")
     if made.unused:
         lines.append(f"morph targets that are not used: {listed(made.unused)}")
     if made.added:

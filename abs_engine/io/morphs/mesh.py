@@ -72,6 +72,11 @@ class MorphMesh:
             components=components,
         ), origin  # fmt: skip
 
+    def turned(self) -> MorphMesh:
+        """The mesh with facets that face the other way."""
+        faces = np.ascontiguousarray(self.faces[:, ::-1])
+        return replace(self, faces=faces, uv=None if self.uv is None else self.uv[:, ::-1])
+
     def uv_of_vertices(self) -> NDArray[np.float32]:
         """Places (V, 2) of vertices on the texture, of a mesh that is cut at its seams."""
         out = np.zeros((len(self.vertices), 2), np.float32)

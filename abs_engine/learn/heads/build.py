@@ -33,7 +33,13 @@ from abs_engine.learn.heads.frame import HeadFrame, head_frame
 from abs_engine.learn.heads.interior import TEETH, has, is_hollow, mouth_interior
 from abs_engine.learn.heads.marks import Contours, Marks, find_marks, lip_contours
 from abs_engine.learn.heads.paint import laid, paint
-from abs_engine.learn.heads.parts import check_face, check_places, hidden_parts, named_regions
+from abs_engine.learn.heads.parts import (
+    check_face,
+    check_places,
+    hidden_parts,
+    is_inside_out,
+    named_regions,
+)
 from abs_engine.learn.heads.regions import HIDDEN_ID, facet_classes, welded
 from abs_engine.learn.heads.settings import HEAD_IMPORT
 from abs_engine.learn.heads.table import SIXTY_EIGHT, HeadTable
@@ -64,6 +70,8 @@ class ImportedHead:
         Parts that are not drawn.
     exchanged : tuple of str
         Face units whose names have left and right as a viewer sees them: they were exchanged.
+    inside_out : bool
+        Whether the facets of the file face into the head: they were turned round.
     """
 
     speaker: Speaker
@@ -73,6 +81,7 @@ class ImportedHead:
     opening: float
     hidden: tuple[str, ...]
     exchanged: tuple[str, ...]
+    inside_out: bool
 
 
 def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
@@ -107,7 +116,10 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
     weld = welded(vertices, jaw)
     words = named_regions(mesh, table.regions)
     check_face(mesh, words, marks, weld)
-    check_places(mesh, words, vertices, int(marks.nose_tip[0]))
+    nose = int(marks.nose_tip[0])
+    check_places(mesh, words, vertices, nose)
+    inside_out = is_inside_out(mesh, words, marks, vertices)
+    mesh = mesh.turned() if inside_out else mesh
     face = mesh.faces[words != "none"]
     contours = lip_contours(marks, vertices, face, weld)
     opening = float(lip_gap(jaw[contours.points]))
@@ -116,7 +128,6 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
             f"jawOpen opens the lips of {mesh.source} by {opening:.1f} mm",
             "give a mesh whose mouth opens, or name its target: [units] jawOpen = ...",
         )
-    nose = int(marks.nose_tip[0])
     classes = facet_classes(words, vertices, mesh.faces, weld, contours, jaw, nose)
     whole = _Parts(vertices, mesh.faces, weld, classes, units)
     whole, added = _completed(whole, contours, float(np.linalg.norm(jaw[marks.chin[0]])))
@@ -133,7 +144,9 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
         looks={name: looks[name] for name in table.textures},
     )
     hidden = hidden_parts(mesh, words)
-    return ImportedHead(speaker, moved.unused, missing, added, opening, hidden, moved.exchanged)
+    return ImportedHead(
+        speaker, moved.unused, missing, added, opening, hidden, moved.exchanged, inside_out
+    )
 
 
 @dataclass(frozen=True, eq=False)

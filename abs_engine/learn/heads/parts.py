@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import vertex_normals
 from abs_engine.core.registry import nearest
-from abs_engine.face.schema import HIDDEN, ICT_PARTS, region_of
+from abs_engine.face.schema import HIDDEN, ICT_PARTS, LIPS, region_of
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.learn.heads.marks import Marks
 from abs_engine.learn.heads.settings import HEAD_IMPORT
@@ -74,6 +75,15 @@ def check_face(mesh: MorphMesh, words: NDArray[np.object_], marks: Marks, weld: 
             f"landmark {name} is on the part '{part}' of {mesh.source}, which {taken}",
             f'if it is the face, say so in the table: [regions] "{part.split(" / ")[-1]}" = "skin"',
         )
+
+
+def is_inside_out(
+    mesh: MorphMesh, words: NDArray[np.object_], marks: Marks, vertices: FloatArray
+) -> bool:
+    """Whether the skin at nose, chin and lips faces into the head (V, 3), head frame."""
+    skin = mesh.faces[np.isin(words, (*_SKIN, LIPS, "upper_lip", "lower_lip"))]
+    at = np.r_[marks.nose_tip, marks.chin, marks.outer_lip]
+    return bool(np.median(vertex_normals(vertices, skin)[at, 2]) < 0)
 
 
 def check_places(
