@@ -13,6 +13,7 @@ import pytest
 
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.io.morphs import read_morphs
+from abs_engine.io.morphs.gltf import _facets
 from abs_engine.io.morphs.gltf_arrays import GltfArrays
 from abs_engine.io.morphs.gltf_file import GltfFile
 
@@ -145,6 +146,44 @@ def twice(places):
         made["meshes"][0]["extras"]["targetNames"] *= 2
 
     return change
+
+
+@pytest.mark.parametrize("note", ["by hand", [1, 2], 7, None])
+def test_notes_of_any_kind_stand_in_a_file(tmp_path, note):
+    """`extras` may be any JSON (glTF 2.0, 3.2)."""
+
+    def change(made):
+        primitive = made["meshes"][0]["primitives"][0]
+        primitive["extras"] = made["meshes"][0].pop("extras")
+        for holder in (made, made["asset"], made["meshes"][0], *made["nodes"], *made["materials"]):
+            holder["extras"] = note
+
+    assert list(read_morphs(told(tmp_path, change)).targets) == ["jawOpen"]
+
+
+@pytest.mark.parametrize("names", ["jawOpen", {"jawOpen": 0}])
+def test_names_that_are_no_list_name_nothing(tmp_path, names):
+    def change(made):
+        made["meshes"][0]["extras"]["targetNames"] = names
+
+    assert list(read_morphs(told(tmp_path, change)).targets) == ["target 0"]
+
+
+@pytest.mark.parametrize(
+    ("mode", "corners", "faces"),
+    [(4, [0, 1, 2, 2, 1, 3], [[0, 1, 2], [2, 1, 3]]), (5, [0, 1, 2, 3], [[0, 1, 2], [1, 3, 2]]),
+     (5, [0, 1, 2, 2, 3, 3, 2, 1], [[0, 1, 2], [3, 1, 2]]),
+     (6, [0, 1, 2, 3], [[1, 2, 0], [2, 3, 0]]), (5, [0, 1], []), (6, [], [])],
+)  # fmt: skip
+def test_triangles_may_be_strips_or_fans(mode, corners, faces):
+    assert _facets(np.array(corners, np.int64), mode).tolist() == faces
+
+
+def test_a_strip_is_read_as_triangles(tmp_path):
+    def change(made):
+        made["meshes"][0]["primitives"][0]["mode"] = 5
+
+    assert read_morphs(told(tmp_path, change)).faces.tolist() == [[0, 1, 2]]
 
 
 def test_a_target_that_a_mesh_has_twice_moves_it_once(tmp_path):

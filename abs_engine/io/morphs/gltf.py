@@ -18,7 +18,7 @@ from abs_engine.io.morphs.gltf_look import Look, look_of, side_by_side
 from abs_engine.io.morphs.gltf_scene import Placement, placement, worlds
 from abs_engine.io.morphs.mesh import MorphMesh
 
-_TRIANGLES = 4  # glTF's number for lists of triangles
+_LIST, _STRIP, _FAN = 4, 5, 6  # glTF's numbers for ways to list triangles
 _MOST_PARTS = 256
 _BROKEN = (ValueError, KeyError, IndexError, TypeError, AttributeError, OSError, OverflowError)
 
@@ -65,7 +65,7 @@ class _Reader:
             self.shared.clear()  # another node's copy lies elsewhere
             mesh = document.meshes[node.mesh]
             for primitive in mesh.primitives:
-                if primitive.mode in (None, _TRIANGLES):
+                if primitive.mode in (None, _LIST, _STRIP, _FAN):
                     place = placement(self.arrays, node, primitive.attributes, world, number)
                     self._add(f"{node.name or ''} / {mesh.name or ''}", mesh, primitive, place)
         if not self.faces:
@@ -95,7 +95,7 @@ class _Reader:
             corners = read(primitive.indices, WHOLE_NUMBERS).ravel().astype(np.int64)
         if len(corners) and corners.max() >= len(at):
             raise ValueError("indices of other vertices")
-        facets = corners[: len(corners) // 3 * 3].reshape(-1, 3)
+        facets = _facets(corners, primitive.mode)
         facets = facets[:, ::-1] if place.mirrors else facets
         if len(self.names) == _MOST_PARTS:
             raise InputFileError(
@@ -134,8 +134,7 @@ class _Reader:
     def _add_targets(
         self, mesh: gl.Mesh, primitive: gl.Primitive, at: FloatArray, place: Placement
     ) -> None:
-        extras: Any = [holder.extras or {} for holder in (mesh, primitive)]
-        named: Any = next((e["targetNames"] for e in extras if e.get("targetNames")), ())
+        named = next(filter(None, map(_target_names, (mesh, primitive))), [])
         known: dict[str, FloatArray] = {}
         for k, target in enumerate(primitive.targets or ()):
             own = target.get("POSITION") if isinstance(target, dict) else target.POSITION
@@ -153,3 +152,20 @@ class _Reader:
                 )
             if known[label] is displaced:
                 self.moved.append((label, self.count, place.moves(displaced)))
+
+
+def _target_names(holder: gl.Mesh | gl.Primitive) -> list[Any]:
+    """Names of morph targets in a holder's `extras`."""
+    named: Any = (holder.extras or {}).get("targetNames")
+    return named if isinstance(named, list) else []
+
+
+def _facets(corners: NDArray[np.int64], mode: int | None) -> NDArray[np.int64]:
+    """Triangles (F, 3) of a list, a strip or a fan (glTF 2.0, 3.7.2.1)."""
+    if mode not in (_STRIP, _FAN):
+        return corners[: len(corners) // 3 * 3].reshape(-1, 3)
+    k = np.arange(max(len(corners) - 2, 0))
+    at = (k, k + 1 + k % 2, k + 2 - k % 2) if mode == _STRIP else (k + 1, k + 2, 0 * k)
+    facets = corners[np.stack(at, axis=1)]
+    joined = (facets == np.roll(facets, 1, axis=1)).any(axis=1)  # one strip to the next
+    return np.asarray(facets[~joined])

@@ -7,6 +7,7 @@ import json
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote_to_bytes
 
 import pygltflib as gl
@@ -64,6 +65,7 @@ class GltfFile:
                 raise InputFileError(f"{path} is compressed by {name}", "export it without")
             if not _READ.fullmatch(name) and not _PICTURES.fullmatch(name):
                 raise InputFileError(f"{path} needs {name}, which is not read", "export it without")
+        _drop_notes(told)
         document = gl.GLTF2.from_json(json.dumps(told), infer_missing=True)
         return cls(path, document, binary)
 
@@ -90,6 +92,15 @@ class GltfFile:
             )
         check_file(place, f"put it there, as {self.path.name} names it")
         return place.read_bytes()
+
+
+def _drop_notes(document: dict[str, Any]) -> None:
+    """Drop `extras` that are no table: glTF allows any JSON, pygltflib does not."""
+    listed = [one for kind in document.values() if isinstance(kind, list) for one in kind]
+    parts = [part for one in listed if isinstance(one, dict) for part in one.get("primitives", ())]
+    for holder in (document, document.get("asset"), *listed, *parts):
+        if isinstance(holder, dict) and not isinstance(holder.get("extras"), dict):
+            holder.pop("extras", None)
 
 
 def _of_data(uri: str) -> bytes:
