@@ -534,7 +534,7 @@ outer_lip = [ 0 , 1 , 2 , 3 , 4 , 0 , 1 , 2 , 3 , 4 , 1 , 2 ]
 inner_lip = [ 0 , 1 , 2 , 3 , 4 , 0 , 1 , 2 ]
 eye_corners = [ 0 , 1 , 2 , 3 ]
 nose_tip = 3
-chin = [ [ 1.0 , 2.0 , 3.0 ] ]
+chin = [ [ 0.1 , 0.2 , 0.3 ] ]
 [people]
 mei = "mei.obj"
 """

@@ -227,6 +227,8 @@ def test_a_target_of_another_vertex_count_is_refused(folder, tmp_path):
          "no part 'heads', which .* did you mean 'Head'"),
         ("length = 'ft'\n", ParameterError, "no length 'ft'"),
         (table(HEAD, {"chin": [10**6]}), ParameterError, "chin: 1000000 is no vertex"),
+        (table(HEAD, {"chin": [[0.0, -64.0, 92.0]]}), ParameterError,
+         r"chin: no vertex is near \[0.0, -64.0, 92.0\]; .* reaches from .*1.5.* to "),
         (table(HEAD, more="length = 'mm'\n"), ParameterError, "eyes' outer corners are 0.08"),
         (table(HEAD, more="[units]\njawOpen = 'Mouth_Open'\n"), ParameterError, "no morph target"),
         (table(HEAD, more="[units]\njawForward = 'jawOpen'\n"), ParameterError,

@@ -17,6 +17,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import edges_of
 from abs_engine.io.arrays import of_json
 from abs_engine.io.inputs import MOST
+from abs_engine.learn.heads.settings import HEAD_IMPORT
 from abs_engine.learn.heads.table import MARKS, SIXTY_EIGHT
 
 _LEAST = {"outer_lip": 4, "inner_lip": 4, "nose_tip": 1, "chin": 1, "eye_corners": 4}
@@ -53,7 +54,8 @@ class Marks:
 def find_marks(given: Mapping[str, Sequence[Any]], vertices: FloatArray, source: str) -> Marks:
     """Landmarks as vertices (V, 3), given by numbers or by places.
 
-    Raises `ParameterError` if one is missing, or is neither a vertex nor a place.
+    Raises `ParameterError` if one is missing, is neither a vertex nor a place, or lies far from all
+    vertices.
     """
     found = {name: _vertices(name, entries, vertices) for name, entries in given.items()}
     all_68 = found.pop(SIXTY_EIGHT, None)
@@ -78,13 +80,26 @@ def _vertices(name: str, entries: Sequence[Any], vertices: FloatArray) -> IntArr
         if place.dtype.kind in "iu" and place.ndim == 0 and 0 <= int(place) < len(vertices):
             out.append(int(place))
         elif place.dtype.kind in "iuf" and place.shape == (3,) and (abs(place) <= MOST).all():
-            out.append(int(((vertices - place) ** 2).sum(axis=1).argmin()))
+            out.append(_nearest(name, place, vertices))
         else:
             raise ParameterError(
                 f"landmark {name}: {entry} is no vertex of {len(vertices)} and no place",
                 "give numbers of vertices from 0, or [x, y, z] in the file's unit",
             )
     return np.array(out, np.int64)
+
+
+def _nearest(name: str, place: FloatArray, vertices: FloatArray) -> int:
+    """The vertex nearest to a place; `ParameterError` if that is in another frame or unit."""
+    away = np.linalg.norm(vertices - place, axis=1)
+    nearest, least, most = int(away.argmin()), vertices.min(axis=0), vertices.max(axis=0)
+    if away[nearest] > HEAD_IMPORT.off_mesh * (most - least).max():
+        low, high = ("[" + ", ".join(f"{x:.4g}" for x in corner) + "]" for corner in (least, most))
+        raise ParameterError(
+            f"landmark {name}: no vertex is near {place.tolist()}",
+            f"give places in the unit and axes of the file: its mesh reaches from {low} to {high}",
+        )
+    return nearest
 
 
 @dataclass(frozen=True, eq=False)

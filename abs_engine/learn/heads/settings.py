@@ -15,6 +15,8 @@ class HeadImportSettings:
         Of a face's landmarks with a usual one's at least. Chosen: ICT's people have 0.98.
     small : float, share of a usual face
         Below which landmarks are of none in the largest unit. Not measured.
+    off_mesh : float, share of the mesh's greatest extent
+        That a landmark given by its place lies from the nearest vertex at most. Not measured.
     oblique : float, degrees
         From right angles, up to which a head is left as it is. Chosen: ICT's people nod by 4, in
         the median.
@@ -79,6 +81,7 @@ class HeadImportSettings:
 
     face_like: float = 0.9
     small: float = 0.2
+    off_mesh: float = 0.05
     oblique: float = 5.0
     beside: float = 20.0
     most_fixed: float = 20.0
