@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.report.drawing import layout, legend, palette
 from abs_engine.report.inspect.body import person_body, posed
-from abs_engine.report.inspect.heads import _directions, _units
+from abs_engine.report.inspect.heads import _directions, _units, person_of
 from abs_engine.report.inspect.heat import heat_limits, read_values
 from abs_engine.report.inspect.labels import LabelFrame, limits_of
 from abs_engine.report.inspect.request import Request
@@ -50,6 +51,26 @@ def test_a_nomogram_goes_from_left_to_right():
     for weight, tile in zip((-1.0, 0.0, 1.0), tiles, strict=True):
         assert (tile == look.draw(posed(rest, {"jawOpen": weight}), view)).all()
     assert (tiles[0] != tiles[1]).any()
+
+
+@pytest.mark.parametrize("kind", ["postures", "nomogram"])
+def test_a_row_goes_from_none_of_its_unit_also_where_the_posture_has_some(tmp_path, kind):
+    """What stands below 0 shows a weight of 0, and what stands below 1 a weight of 1."""
+    given = {"jawOpen": 0.5, "mouthPucker": 0.25}
+    request = Request(kind, tmp_path / "made.png", units=given, rows=("jawOpen", "browInnerUp"))
+    body = posed(person_of(request), given)
+    jaw, brow = _units(body, request)
+    for row, value, units in (
+        (jaw, 0.0, {"mouthPucker": 0.25}), (jaw, 1.0, {"jawOpen": 1.0, "mouthPucker": 0.25}),
+        (brow, 1.0, given | {"browInnerUp": 1.0}),
+    ):  # fmt: skip
+        wanted = posed(person_of(request), units).vertices
+        assert np.allclose(row.moved(body, value).vertices, wanted, atol=1e-9)
+    whole = next(r for r in _units(body, replace(request, rows=())) if "," in r.name)
+    wanted = posed(
+        person_of(request), {"jawOpen": 0.2, "mouthClose": 0.2, "mouthPucker": 0.25}
+    ).vertices
+    assert np.allclose(whole.moved(body, 0.2).vertices, wanted, atol=1e-9)
 
 
 @pytest.mark.parametrize(

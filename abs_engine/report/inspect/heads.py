@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -78,7 +79,8 @@ def draw_postures(
     rows = _units(body, request)
     if film:
         return _sweep(look, body, rows, (0.0, request.weight), "")
-    return posture_sheet(look, body, rows, request.weight, progress)
+    first = "posture of --unit" if request.units else "at rest"
+    return posture_sheet(look, body, rows, request.weight, progress, first)
 
 
 def draw_nomogram(
@@ -117,16 +119,21 @@ def _directions(request: Request) -> tuple[Body, list[Row], bool]:
 
 def _units(body: Body, request: Request) -> list[Row]:
     """The face units that are named as they are; of all, those that go with another beside it."""
-    rows = unit_rows(body, request.rows)
+    given = request.units
+    rows = {
+        row.name: replace(row, held=given.get(row.name, 0.0) * row.delta)
+        for row in unit_rows(body, request.rows)
+    }
     if request.rows:
-        return rows
-    delta = {row.name: row.delta for row in rows}
-    return [
-        Row(f"{row.name}, {other}", row.delta + delta[other])
-        if (other := _WITH.get(row.name)) in delta
-        else row
-        for row in rows
-    ]
+        return list(rows.values())
+    return [_joined(row, rows.get(_WITH.get(name, ""))) for name, row in rows.items()]
+
+
+def _joined(row: Row, other: Row | None) -> Row:
+    """A row, with another that goes with it."""
+    if other is None:
+        return row
+    return Row(f"{row.name}, {other.name}", row.delta + other.delta, row.held + other.held)
 
 
 def _sweep(

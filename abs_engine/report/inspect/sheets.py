@@ -61,10 +61,17 @@ class Row:
     Parameters
     ----------
     delta : (V, 3) float64, mm at 1
+    held : (V, 3) float64 or float, mm
+        What the posture that the row starts from has of it already.
     """
 
     name: str
     delta: FloatArray
+    held: FloatArray | float = 0.0
+
+    def moved(self, body: Body, value: float) -> Body:
+        """The body with so much of the direction, in place of what it holds of it."""
+        return body.moved(body.vertices - self.held + value * self.delta)
 
 
 def unit_rows(body: Body, names: Sequence[str] = ()) -> list[Row]:
@@ -88,14 +95,18 @@ def mode_rows(modes: NDArray[np.floating], names: Sequence[str] = ()) -> list[Ro
 
 
 def posture_sheet(
-    look: Look, body: Body, rows: Sequence[Row], weight: float, progress: Progress | None = None
+    look: Look,
+    body: Body,
+    rows: Sequence[Row],
+    weight: float,
+    progress: Progress | None = None,
+    first: str = "at rest",
 ) -> Image:
-    """The head at rest, then with each row alone at a weight; the name is below each."""
+    """The body as it is, called `first`, then with each row at a weight; the name is below each."""
     view = look.view(body)
-    tiles = [captioned(look.draw(body, view), "at rest")]
+    tiles = [captioned(look.draw(body, view), first)]
     for row in reported(rows, len(rows), progress):
-        moved = body.moved(body.vertices + weight * row.delta)
-        tiles.append(captioned(look.draw(moved, view), row.name))
+        tiles.append(captioned(look.draw(row.moved(body, weight), view), row.name))
     return sheet(tiles, columns_of(len(tiles), look.size))
 
 
@@ -124,7 +135,7 @@ def nomogram(
     for number, row in enumerate(reported(rows, len(rows), progress)):
         if number and number % HEADED == 0:
             lines.append(lines[0])
-        tiles = [look.draw(body.moved(body.vertices + v * row.delta), view) for v in values]
+        tiles = [look.draw(row.moved(body, v), view) for v in values]
         spaced = [np.pad(t, ((2, 2), (2, 2), (0, 0)), constant_values=255) for t in tiles]
         lines.append(beside([label(row.name, (margin, look.size[1]), align="right"), *spaced]))
     return stacked(lines)
@@ -140,9 +151,8 @@ def sweep_film(
     both = np.where(phase < 0.5, high, -low) * np.sin(2 * np.pi * phase)
     for row in rows:
         for value in both if low < 0 else one_way:
-            moved = body.moved(body.vertices + value * row.delta)
             text = f"{row.name}  {value_text(value, unit, 2)}"
-            yield captioned(look.draw(moved, view), text, 15)
+            yield captioned(look.draw(row.moved(body, value), view), text, 15)
 
 
 def value_text(value: float, unit: str, digits: int | None = None) -> str:
