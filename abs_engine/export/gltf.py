@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from abs_engine.core.arrays import BoolArray, FloatArray
-from abs_engine.core.geometry import vertex_normals
+from abs_engine.core.geometry import seamless_normals
 from abs_engine.core.release import engine_version
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun
 from abs_engine.export.face_units import shape_loss, unit_weights, weights_of
@@ -93,7 +93,7 @@ def _mesh(
     run: TrackedRun, base: FloatArray, names: list[str], targets: FloatArray, buffer: _Buffer
 ) -> gl.Mesh:
     places = (base * METRES).astype(np.float32)
-    normals = vertex_normals(base, run.mesh.faces)
+    normals = seamless_normals(base, run.mesh.faces, run.speaker.weld)
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = np.where(lengths > 0.5, normals / np.maximum(lengths, 0.5), [0.0, 0.0, 1.0])
     attributes = gl.Attributes(

@@ -277,6 +277,16 @@ def test_gltf_moves_as_the_run(name, folder, run, tmp_path):
     assert [len(one.faces) for one in scene.geometry.values()] == [len(run.mesh.faces)]
 
 
+def test_gltf_is_shaded_smoothly_across_seams_of_the_texture(folder, run, tmp_path):
+    made = trimesh.load(exported(folder, "gltf", tmp_path), process=False)
+    (head,) = made.geometry.values()
+    normals, weld = head.vertex_normals, run.speaker.weld
+    first = np.unique(weld, return_index=True)[1]
+    copies = np.setdiff1d(np.arange(len(weld)), first)
+    assert len(copies) > 100
+    assert np.allclose(normals[copies], normals[first[weld[copies]]], atol=1e-5)
+
+
 def test_obj_files_are_the_heads(folder, run, tmp_path):
     path = exported(folder, "obj", tmp_path)
     assert sorted(one.name for one in path.iterdir()) == [f"{k:06d}.obj" for k in FOUND]
