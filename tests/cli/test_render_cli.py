@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -18,6 +19,7 @@ from abs_engine.cli import main
 from abs_engine.dataset import write_sums
 from abs_engine.dataset.sums import digest
 from abs_engine.io.assets import load_speaker
+from abs_engine.io.head_file import write_head
 from abs_engine.io.video import probe, read_frames
 from abs_engine.report.drawing.palette import CLASS_COLOURS, colours_of
 from abs_engine.report.inspect.request import CHOICES
@@ -70,6 +72,16 @@ def test_a_portrait_is_the_default(render):
     assert picture.shape == (512, 512, 3)
     assert (picture[:4] == 255).all()
     assert (picture[256, 256] != 255).any()
+
+
+def test_of_another_head_the_first_person_is_drawn(render, tmp_path):
+    bundled, path = load_speaker(), tmp_path / "kofi.face"
+    people = {name: bundled.people[name] for name in ("kofi", "mei")}
+    write_head(path, replace(bundled, people=people, own_texture=bundled.texture("kofi")))
+    size = ("--size", 48, 56)
+    picture = render(*size, "--speaker", path)
+    assert (picture == render(*size, "--person", "kofi", name="own.png")).all()
+    assert (picture != render(*size, "--speaker", path, "--person", "mei", name="2.png")).any()
 
 
 def test_kinds_may_be_named_after_options(render):

@@ -52,7 +52,7 @@ def _unit(text: str) -> tuple[str, float]:
         *take.view(),
         take.option("--frame", type=int, metavar="N",
             text="frame of the run or the dataset (default: all as MP4, 20 as PNG)"),
-        take.person("who is drawn (default: clara)", "clara"),
+        take.person("who is drawn (default: clara, or the first of --speaker's people)"),
         take.file("--speaker", "head.npz of another speaker"),
         take.option("--unit", "units", multiple=True, type=_unit, metavar="NAME=WEIGHT",
             text="a face unit of the posture, such as jawOpen=0.4; may be repeated"),

@@ -90,9 +90,14 @@ def coat(body: Body, palette: str) -> Coat:
     return Coat(speaker.uv, body.texture)
 
 
-def check_person(person: str, speaker: Path | None) -> None:
-    """Raise `ParameterError` unless the speaker of a file, or the bundled one, has the person."""
-    _check_name(person, load_speaker(speaker))
+def check_person(person: str | None, speaker: Path | None) -> None:
+    """Raise `ParameterError` unless the speaker of a file, or the bundled one, has the person.
+
+    Every speaker has somebody who stands in for None.
+    """
+    head = load_speaker(speaker)
+    if person is not None:
+        _check_name(person, head)
 
 
 def _check_name(person: str, speaker: Speaker) -> None:

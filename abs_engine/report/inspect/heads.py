@@ -144,7 +144,8 @@ def _sweep(
 
 def person_of(request: Request) -> Body:
     """The person who is asked for, at rest."""
-    return person_body(load_speaker(request.speaker), request.person)
+    speaker = load_speaker(request.speaker)
+    return person_body(speaker, request.person or next(iter(speaker.people)))
 
 
 def _look(request: Request, renderer: Renderer, size: tuple[int, int]) -> Look:

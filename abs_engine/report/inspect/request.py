@@ -55,6 +55,8 @@ class Request:
         A new ``.png`` or ``.mp4``.
     clip, camera : str, optional
         Names that the truth's path leaves open.
+    person : str, optional
+        By default the speaker's first.
     units : mapping of str to float
         Posture, weights of face units by name.
     crop : {"head", "mouth"}, optional
@@ -88,7 +90,7 @@ class Request:
     video: Path | None = None
     values: Path | None = None
     speaker: Path | None = None
-    person: str = "clara"
+    person: str | None = None
     units: Mapping[str, float] = field(default_factory=dict)
     palette: str | None = None
     crop: str | None = None
