@@ -34,6 +34,7 @@ TIMES = 20
 MOST_ARRAYS = 1 << 12
 """Arrays in a file."""
 _WHOLE = "check that it is whole"
+_MESHES = (".glb", ".gltf", ".obj")
 _TRIES = 3
 _TAKEN = {"format", "version", "file", "allow_pickle"}
 """What the file says itself, and arguments of `numpy.savez_compressed`."""
@@ -254,4 +255,8 @@ def _archive(path: Path, remedy: str = _WHOLE) -> Iterator[np.lib.npyio.NpzFile]
         with np.load(path, allow_pickle=False) as archive:
             yield archive
     except BROKEN as error:
+        if path.suffix.lower() in _MESHES:
+            raise InputFileError(
+                f"{path} is a mesh, not an NPZ file", "make a head of it with 'abs-engine import'"
+            ) from error
         raise InputFileError(f"{path} is not an NPZ file", remedy) from error

@@ -13,7 +13,7 @@ import pytest
 from abs_engine.core.errors import InputFileError, ModelFormatError, OutputError
 from abs_engine.io import npz
 from abs_engine.io.arrays import text
-from abs_engine.io.npz import read_npz, write_npz
+from abs_engine.io.npz import read_kind, read_npz, write_npz
 
 KIND, VERSION = "abs_engine.test", 3
 
@@ -68,6 +68,14 @@ def _damaged(whole: Path, flag: int | None) -> bytes:
     central = content.index(b"PK\x01\x02")
     content[central + flag] = 1 if flag == 8 else 9
     return bytes(content)
+
+
+@pytest.mark.parametrize("name", ["head.glb", "Head.OBJ"])
+def test_a_mesh_in_place_of_a_head_is_named(tmp_path: Path, name: str):
+    (tmp_path / name).write_bytes(b"glTF")
+    for read in (read_kind, lambda path: read_npz(path, KIND, VERSION)):
+        with pytest.raises(InputFileError, match=f"{name} is a mesh.*; .*'abs-engine import'"):
+            read(tmp_path / name)
 
 
 @pytest.mark.parametrize("flag", [None, 8, 10], ids=["deflate", "encrypted", "method"])

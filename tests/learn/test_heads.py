@@ -372,7 +372,7 @@ def test_files_that_are_no_heads(tmp_path):
         read_morphs(tmp_path / "head.stl")
     with pytest.raises(ParameterError, match="needs --deltas"):
         read_morphs(tmp_path / "head.obj")
-    with pytest.raises(InputFileError, match=r"generic_neutral_mesh.obj does not exist"):
+    with pytest.raises(InputFileError, match=r"is a folder without generic_neutral_mesh.obj"):
         read_morphs(tmp_path)
 
 

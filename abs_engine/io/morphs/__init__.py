@@ -43,7 +43,11 @@ def read_morphs(path: Path, deltas: Path | None = None) -> MorphMesh:
 
 def _read(path: Path, kind: str, deltas: Path | None) -> MorphMesh:
     if path.is_dir():
-        check_file(path / NEUTRAL, "give a GLB, an OBJ, or the folder of ICT's face model")
+        if not (path / NEUTRAL).exists():
+            raise InputFileError(
+                f"{path} is a folder without {NEUTRAL}",
+                "give a GLB, an OBJ, or the folder of ICT's face model",
+            )
         return read_ict(path)
     check_file(path)
     if kind == ".obj":
