@@ -104,5 +104,5 @@ def _flat(values: dict[str, Any], before: str = "") -> list[tuple[str, str]]:
             rows.append((spoken, ", ".join(str(v) for v in value) or "none"))
         else:
             shown = f"{value:.6g}" if isinstance(value, float) else str(value)
-            rows.append((spoken, "not given" if value is None else shown))
+            rows.append((spoken, "not given" if value is None else shown or "none"))
     return rows

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import itertools
+import json
 import zlib
 from pathlib import Path
 
@@ -51,9 +52,10 @@ def test_numbers_that_steer_results_are_folded():
     assert "<details>" not in _facts("Clip", (("rate", "25"),))
 
 
-def test_lists_of_nothing_are_none(tmp_path):
-    (tmp_path / "run.json").write_text('{"summary": {"cuts": [3, 5], "warnings": []}}')
-    assert run_facts(tmp_path)[1:] == (("cuts", "3, 5"), ("warnings", "none"))
+def test_lists_and_lines_of_nothing_are_none(tmp_path):
+    run = {"settings": {"remarks": ""}, "summary": {"cuts": [3, 5], "warnings": []}}
+    (tmp_path / "run.json").write_text(json.dumps(run))
+    assert run_facts(tmp_path)[1:] == (("remarks", "none"), ("cuts", "3, 5"), ("warnings", "none"))
 
 
 def test_a_motion_comes_back_within_the_largest_error():
