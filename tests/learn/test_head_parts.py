@@ -109,6 +109,25 @@ def test_facets_that_face_into_the_head_are_turned_round(mesh, built):
     assert said not in report(alone)
 
 
+@pytest.mark.parametrize("copied", [False, True])
+def test_facets_that_lie_on_others_are_left_out(mesh, built, copied):
+    """Of a mesh that is seen from both sides, whose normals would cancel out."""
+    count = len(mesh.vertices) if copied else 0
+    both = replace(
+        mesh,
+        vertices=np.concatenate([mesh.vertices, mesh.vertices[:count]]),
+        targets={name: np.concatenate([d, d[:count]]) for name, d in mesh.targets.items()},
+        faces=np.concatenate([mesh.faces, mesh.faces[:, ::-1] + count]).astype(np.int32),
+        part=np.tile(mesh.part, 2),
+    )
+    made, alone = built(both), built(mesh)
+    assert (made.twice, alone.twice) == (len(mesh.faces), 0)
+    corners = [m.speaker.vertices[m.speaker.faces] for m in (made, alone)]
+    assert np.array_equal(*corners)
+    assert len(made.speaker.points["face"]) == len(alone.speaker.points["face"])
+    assert f"{len(mesh.faces)} facets were left out, as they lie on others" in report(made)
+
+
 def test_a_picture_stays_on_facets_that_are_turned_round(mesh, built):
     spots = np.random.default_rng(0).random((len(mesh.vertices), 2), np.float32)
     grey = np.full((8, 8, 3), 120, np.uint8)

@@ -64,6 +64,7 @@ def import_(chosen: Chosen) -> Done:
         "missing": list(made.missing),
         "exchanged": list(made.exchanged),
         "inside_out": made.inside_out,
+        "twice": made.twice,
         "unused": list(made.unused),
         "added": list(made.added),
         "hidden": list(made.hidden),
@@ -94,6 +95,8 @@ def report(made: ImportedHead) -> list[str]:
             "left and right were exchanged, as names have them as a viewer sees them: "
             f"{listed(made.exchanged)}"
         )
+    if made.twice:
+        lines.append(f"{made.twice} facets were left out, as they lie on others")
     if made.inside_out:
         lines.append("facets were turned round, as they faced into the head")
     if made.unused:

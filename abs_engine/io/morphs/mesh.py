@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.io.arrays import check_arrays, real
 
@@ -71,6 +72,11 @@ class MorphMesh:
             self, vertices=self.vertices[origin], faces=faces, targets=targets,
             components=components,
         ), origin  # fmt: skip
+
+    def of_facets(self, kept: BoolArray) -> MorphMesh:
+        """The mesh with some of its facets (F,)."""
+        uv = None if self.uv is None else self.uv[kept]
+        return replace(self, faces=self.faces[kept], part=self.part[kept], uv=uv)
 
     def turned(self) -> MorphMesh:
         """The mesh with facets that face the other way."""

@@ -40,7 +40,7 @@ from abs_engine.learn.heads.parts import (
     is_inside_out,
     named_regions,
 )
-from abs_engine.learn.heads.regions import HIDDEN_ID, facet_classes, welded
+from abs_engine.learn.heads.regions import HIDDEN_ID, facet_classes, lie_on_others, welded
 from abs_engine.learn.heads.settings import HEAD_IMPORT
 from abs_engine.learn.heads.table import SIXTY_EIGHT, HeadTable
 from abs_engine.learn.heads.units import face_units
@@ -72,6 +72,8 @@ class ImportedHead:
         Face units whose names have left and right as a viewer sees them: they were exchanged.
     inside_out : bool
         Whether the facets of the file face into the head: they were turned round.
+    twice : int
+        Facets that lie on others: they were left out.
     """
 
     speaker: Speaker
@@ -82,6 +84,7 @@ class ImportedHead:
     hidden: tuple[str, ...]
     exchanged: tuple[str, ...]
     inside_out: bool
+    twice: int
 
 
 def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
@@ -114,6 +117,8 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
     jaw = units[FACE_UNITS.index(Unit.JAW_OPEN)].astype(np.float64)
     check_rings(marks, vertices + jaw)
     weld = welded(vertices, jaw)
+    twice = lie_on_others(weld[mesh.faces])
+    mesh = mesh.of_facets(~twice) if twice.any() else mesh
     words = named_regions(mesh, table.regions)
     check_face(mesh, words, marks, weld)
     nose = int(marks.nose_tip[0])
@@ -145,8 +150,9 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
     )
     hidden = hidden_parts(mesh, words)
     return ImportedHead(
-        speaker, moved.unused, missing, added, opening, hidden, moved.exchanged, inside_out
-    )
+        speaker, moved.unused, missing, added, opening, hidden, moved.exchanged, inside_out,
+        int(twice.sum()),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

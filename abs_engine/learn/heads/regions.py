@@ -35,6 +35,18 @@ def welded(vertices: FloatArray, jaw: FloatArray) -> IntArray:
     return order[back.ravel()]
 
 
+def lie_on_others(corners: IntArray) -> BoolArray:
+    """Whether facets (F,) have the corners (F, 3), geometric vertices, of one before them.
+
+    Meshes that are to be seen from both sides have each facet twice, and normals that cancel out.
+    """
+    own = np.sort(corners, axis=1)
+    out = np.ones(len(own), bool)
+    out[np.unique(own, axis=0, return_index=True)[1]] = False
+    flat = (own[:, 1:] == own[:, :-1]).any(axis=1)  # has no normal
+    return np.asarray(out & ~flat)
+
+
 def facet_classes(
     words: NDArray[np.object_],
     vertices: FloatArray,
