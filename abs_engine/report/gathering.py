@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.kinds import Kind, check_kind, is_of, to_path
 from abs_engine.core.provenance import caution
 from abs_engine.core.words import counted, legible
@@ -38,11 +38,12 @@ from abs_engine.report.estimate_parts import (
 from abs_engine.report.facts import made_facts, origins, run_facts, truth_facts
 from abs_engine.report.film import filmed, shorten
 from abs_engine.report.inspect.run_video import check_video, find_video
-from abs_engine.report.inspect.runs import load_run_head
+from abs_engine.report.inspect.runs import RunHead, load_run_head
 from abs_engine.report.motion import compress
 from abs_engine.report.page import report_page
 from abs_engine.report.quantities import SURENESS, error_rows, error_series, sureness_series
 from abs_engine.report.scoring import landmarks_of, notes_of, read_result, same_mesh
+from abs_engine.tracking.results.run_mesh import load_mesh
 
 MOST_PLAYED = 1000
 """Frames that the page's player shows at most, so that the page stays of a size to be sent."""
@@ -200,13 +201,26 @@ def _scored(
     )
 
 
+def _heads(paths: Sequence[Path], speaker: Speaker) -> list[RunHead]:
+    """The runs' heads; `ParameterError` if they are of several, as a page has one."""
+    try:
+        return [load_run_head(path, speaker) for path in paths]
+    except ModelFormatError as error:
+        if len({load_mesh(path).faces.tobytes() for path in paths}) > 1:
+            raise ParameterError(
+                f"the runs {', '.join(map(str, paths))} were tracked with different heads",
+                "write a report for each head, with its --speaker",
+            ) from error
+        raise
+
+
 def _without_truth(
     paths: Sequence[Path], options: ReportOptions, tell: Callable[[str], None]
 ) -> ReportData:
     tell("reading the runs")
     _check_same_video(paths)
     speaker = load_speaker(options.speaker)
-    heads = [load_run_head(path, speaker) for path in paths]
+    heads = _heads(paths, speaker)
     if len({len(head) for head in heads}) > 1:
         raise ParameterError(
             f"the runs have {', '.join(str(len(h)) for h in heads)} frames",

@@ -12,7 +12,7 @@ import pytest
 import reported
 
 from abs_engine.cli import main
-from abs_engine.core.errors import OutputError, ParameterError
+from abs_engine.core.errors import ModelFormatError, OutputError, ParameterError
 from abs_engine.core.provenance import FIGURES
 from abs_engine.dataset import write_sums
 from abs_engine.report import facts, gathering
@@ -306,3 +306,14 @@ def test_runs_of_other_lengths_do_not_stand_side_by_side(folder):
     np.savez(short / "mesh.npz", **(mesh | {"weights": mesh["weights"][:-1]}))
     with pytest.raises(ParameterError, match="30, 29 frames"):
         write_report([folder / "exact", short], folder / "no.html", ReportOptions())
+
+
+def test_runs_of_different_heads_do_not_stand_on_one_page(folder):
+    """No --speaker goes with both, so that to give one is no remedy."""
+    other = reported.write_exact(folder / "other")
+    mesh = dict(np.load(other / "mesh.npz"))
+    np.savez(other / "mesh.npz", **(mesh | {"faces": mesh["faces"][:, ::-1]}))
+    with pytest.raises(ParameterError, match="were tracked with different heads; write a report"):
+        write_report([folder / "exact", other], folder / "no.html", ReportOptions())
+    with pytest.raises(ModelFormatError, match="tracked with another head; give that head"):
+        write_report([other], folder / "no.html", ReportOptions())
