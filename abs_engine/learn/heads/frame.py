@@ -100,6 +100,8 @@ def _millimetres(eyes: float, length: str | None) -> float:
     if not least < eyes * best < most:
         raise ParameterError(
             f"the eyes' outer corners are {eyes:.4g} apart, which is {eyes * best:.4g} mm",
-            'give the unit in the table, as in length = "cm", or scale the head to human size',
+            'give the unit in the table, as in length = "cm", or scale the head to human size'
+            if length is None
+            else f'correct length = "{length}" in the table, or leave it out',
         )
     return best
