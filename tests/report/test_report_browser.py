@@ -226,10 +226,10 @@ def test_heads_and_contours_are_those_of_the_picture_while_it_plays(page):
         (function look() {
           const c = drawn.getContext('2d').getImageData(4, 4, 1, 1).data;
           seen.push([report.frame, c[0]]);
-          if (seen.length < 30) requestAnimationFrame(look); else done(seen);
+          const shown = new Set(seen.map(([frame]) => frame)).size;  // few on a slow machine
+          if (seen.length < 30 || shown < 6) requestAnimationFrame(look); else done(seen);
         })();""")
     frames, greys = np.array(seen).T
-    assert len(set(frames)) > 5
     assert np.abs(frame_of(greys) - frames).max() < 1.5  # half of it the film's compression
 
 
