@@ -21,7 +21,7 @@ from abs_engine.tracking.run import prepare
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 POSTURES = ({}, {"jawOpen": 0.15}, {"jawOpen": 0.35})
-OPEN = (0.0, 0.15, 0.3, 0.1, 0.35, 0.0)
+OPEN = (0.0, 0.15, 0.3, 0.1, 0.35, 0.2)
 
 
 @cache
