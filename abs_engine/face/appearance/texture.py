@@ -14,7 +14,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer, Scene
 from abs_engine.face.appearance.atlas import Atlas, warp
-from abs_engine.face.appearance.regression import Fitted, Frames, LinearFits
+from abs_engine.face.appearance.regression import Frames, LinearFits
 from abs_engine.face.appearance.residual_covariance import Leftover, leftover, normalised
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.settings.appearance import APPEARANCE
@@ -236,22 +236,18 @@ def _gathered(
 
 
 def _solved(fits: LinearFits, frames: Frames, ridge: float, atlas: Atlas) -> TextureModel:
-    """The model of what was gathered."""
-    return _model(fits.solve(ridge), atlas, leftover(frames, ridge, atlas))
-
-
-def _model(found: Fitted, atlas: Atlas, left: Leftover) -> TextureModel:
-    """Fits of the atlas' texels as pictures."""
+    """The model of what was gathered: fits of the atlas' texels, as pictures."""
+    found, left = fits.solve(ridge), leftover(frames, ridge, atlas)
     seen = found.frames > 0
-    frames = np.zeros(atlas.facet_id.shape, np.int32)
-    frames[atlas.texels] = found.frames
+    shown = np.zeros(atlas.facet_id.shape, np.int32)
+    shown[atlas.texels] = found.frames
     modes = [atlas.picture(mode, seen) for mode in found.modes]
     shape = (0, *atlas.facet_id.shape, 3)
     return TextureModel(
         base=atlas.picture(found.base, seen),
         modes=np.stack(modes) if modes else np.zeros(shape, np.float32),
         mean=atlas.picture(found.mean, seen),
-        frames=frames,
+        frames=shown,
         explained=found.explained,
         leftover=left,
     )
