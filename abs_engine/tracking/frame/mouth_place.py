@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.pose import PoseFrame, parted
 from abs_engine.face.appearance.chroma import CHROMA_REACH
@@ -30,7 +30,7 @@ def mouth_place(
     away = _outside(window, outline)
     depth = float(pose.apply(model.pivot)[2])
     mm = float(camera.matrix[0, 0]) / depth * window.scale
-    within, beyond = (
+    inside, beyond = (
         sure
         / _inverse_probability(
             (PREPARATION.place_margin - side * away / mm) / PREPARATION.place_softness
@@ -38,7 +38,7 @@ def mouth_place(
         for side, sure in ((-1.0, PREPARATION.sure_within), (1.0, PREPARATION.sure_beyond))
     )
     mixing = max(1.0, CHROMA_REACH * window.scale)
-    return MouthPlace(_upper_share(window, line), within, beyond, mixing)
+    return MouthPlace(_upper_share(window, line), inside, beyond, mixing)
 
 
 def _inverse_probability(nats: FloatArray) -> FloatArray:
@@ -46,11 +46,17 @@ def _inverse_probability(nats: FloatArray) -> FloatArray:
     return np.asarray(1 + np.exp(np.clip(nats, -30.0, 30.0)))
 
 
-def _outside(window: Window, outline: FloatArray) -> FloatArray:
-    """Distance (H, W) of each drawn pixel from an outline (K, 2); less than 0 within it."""
+def within(window: Window, outline: FloatArray) -> Image:
+    """Mask (H, W), 0 and 1, of the drawn pixels within an outline (K, 2), drawn pixels."""
     width, height = window.drawn
     mask = np.zeros((height, width), np.uint8)
     cv2.fillPoly(mask, [np.rint(outline).astype(np.int32)], 1)
+    return mask
+
+
+def _outside(window: Window, outline: FloatArray) -> FloatArray:
+    """Distance (H, W) of each drawn pixel from an outline (K, 2); less than 0 within it."""
+    mask = within(window, outline)
     outer, inner = (
         cv2.distanceTransform(np.asarray(m, np.uint8), cv2.DIST_L2, 3) for m in (1 - mask, mask)
     )

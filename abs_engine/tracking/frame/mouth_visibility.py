@@ -11,10 +11,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
-from abs_engine.core.arrays import BoolArray, FloatArray, Image
+from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Window
 from abs_engine.core.geometry import Pose
 from abs_engine.core.settings import GENERAL
@@ -26,6 +25,7 @@ from abs_engine.tracking.detection.landmarks import OUTER_RING, Landmarks
 from abs_engine.tracking.frame.blob_visibility import BRIGHT, COVERED, DARK, OUTSIDE
 from abs_engine.tracking.frame.cut_faces import MouthInPicture
 from abs_engine.tracking.frame.frame_state import HeadFrame
+from abs_engine.tracking.frame.mouth_place import within
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 
@@ -63,15 +63,15 @@ class MouthLook:
         maps = classes.probabilities(sampled(window, image), COLOURS.smoothing)
         skin = maps[CLASSES.index("skin")]
         mouth = maps.sum(axis=0) - skin
-        within, near, far = (
-            _filled(window, ring, centre, k)
-            for k in (1.0, FRAME_LOOP.look_near, FRAME_LOOP.look_far)
+        inside, near, far = (
+            within(window, window.to_drawn(centre + times * (ring - centre))) > 0
+            for times in (1.0, FRAME_LOOP.look_near, FRAME_LOOP.look_far)
         )
         ring_around = far & ~near
-        if not (within.any() and ring_around.any()):
+        if not (inside.any() and ring_around.any()):
             return None
-        lips = maps[CLASSES.index("lips")][within].mean()
-        return cls(float(mouth[within].mean()), float(skin[ring_around].mean()), float(lips))
+        lips = maps[CLASSES.index("lips")][inside].mean()
+        return cls(float(mouth[inside].mean()), float(skin[ring_around].mean()), float(lips))
 
     @classmethod
     def usual(cls, looks: Sequence[MouthLook | None]) -> MouthLook | None:
@@ -102,15 +102,6 @@ class MouthLook:
             now.likeness < FRAME_LOOP.least_like * self.likeness
             or now.lips < FRAME_LOOP.least_lips * self.lips
         )
-
-
-def _filled(window: Window, ring: FloatArray, centre: FloatArray, times: float) -> BoolArray:
-    """Drawn pixels (H, W) within an outline that is enlarged about its centre."""
-    width, height = window.drawn
-    mask = np.zeros((height, width), np.uint8)
-    there = window.to_drawn(centre + times * (ring - centre))
-    cv2.fillPoly(mask, [np.rint(there).astype(np.int32)], 1)
-    return np.asarray(mask > 0)
 
 
 @dataclass(frozen=True, eq=False)
