@@ -270,6 +270,14 @@ class Window:
         origin = np.array([self.x - 0.5, self.y - 0.5])
         return np.asarray((drawn + 0.5) / self.scale + origin)
 
+    @property
+    def places(self) -> tuple[FloatArray, FloatArray]:
+        """Columns (W,) and rows (H,) of the image that the drawn pixels' centres lie at."""
+        width, height = self.drawn
+        along = np.repeat(np.arange(max(self.drawn), dtype=np.float64)[:, None], 2, axis=1)
+        x, y = self.to_image(along).T
+        return x[:width], y[:height]
+
     def sample(self, image: NDArray[np.generic]) -> NDArray[np.generic]:
         """Cut the window out of an image (H, W) or (H, W, C), at the drawn resolution.
 

@@ -88,9 +88,8 @@ class MouthSpot:
 
     def in_window(self, maps: FloatArray, window: Window) -> FloatArray:
         """Maps (C, 88, 96) of the normalised picture in a window, (C, h, w), bilinear."""
-        width, height = window.drawn
-        grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1)
-        at = self.to_normalised(window.to_image(grid.astype(np.float64))).astype(np.float32)
+        grid = np.stack(np.meshgrid(*window.places), axis=-1)
+        at = self.to_normalised(grid).astype(np.float32)
         edge = cv2.BORDER_REPLICATE
         return np.stack(
             [cv2.remap(m, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=edge) for m in maps]

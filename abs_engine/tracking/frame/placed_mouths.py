@@ -181,7 +181,6 @@ def _opening(classes: NDArray[np.integer], names: Sequence[str], sigma: float) -
 
 def in_picture(window: Window, shape: tuple[int, ...]) -> BoolArray:
     """Mask of the drawn pixels (H, W) of a window that lie in the picture."""
-    width, height = window.drawn
-    grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1)
-    x, y = np.moveaxis(window.to_image(grid.astype(np.float64)), -1, 0)
-    return np.asarray((x > -0.5) & (x < shape[1] - 0.5) & (y > -0.5) & (y < shape[0] - 0.5))
+    (x, y), (height, width) = window.places, shape[:2]
+    across, down = (x > -0.5) & (x < width - 0.5), (y > -0.5) & (y < height - 0.5)
+    return np.asarray(down[:, None] & across)

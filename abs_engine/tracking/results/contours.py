@@ -147,11 +147,9 @@ def _rising(along: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatArr
 def cut(window: Window, image: Image) -> Image:
     """The window of a frame, a picture of its own to draw on; black beyond the frame's borders."""
     picture = np.ascontiguousarray(window.sample(image), np.uint8)
-    along = np.repeat(np.arange(max(window.drawn), dtype=np.float64)[:, None], 2, axis=1)
-    seen = window.to_image(along)
-    beyond = (seen < -0.5) | (seen > np.array(image.shape[1::-1]) - 0.5)
-    picture[:, beyond[: window.drawn[0], 0]] = 0
-    picture[beyond[: window.drawn[1], 1]] = 0
+    (x, y), (height, width) = window.places, image.shape[:2]
+    picture[:, (x < -0.5) | (x > width - 0.5)] = 0
+    picture[(y < -0.5) | (y > height - 0.5)] = 0
     return picture
 
 

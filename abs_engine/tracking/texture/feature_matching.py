@@ -18,6 +18,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.settings import GENERAL
 from abs_engine.tracking.settings.registration import REGISTRATION
+from abs_engine.tracking.texture.rigid_motion import corners_of
 
 Gray = NDArray[np.float32]
 _PULL = 1 / np.array(REGISTRATION.patch_drift)  # rad^-1, mm^-1
@@ -84,13 +85,9 @@ class Drawn:
         usable = np.zeros(wanted.shape, np.uint8)
         inside = slice(edge, -edge), slice(edge, -edge)
         usable[inside] = wanted[inside] * whole[inside]
-        found = cv2.goodFeaturesToTrack(
-            self.gray, REGISTRATION.most_patches, REGISTRATION.patch_quality,
-            max(REGISTRATION.least_apart, REGISTRATION.patches_apart * self.width),
-            mask=usable, blockSize=self.half,
-        )  # fmt: skip
-        nothing = np.zeros((0, 2), np.int64)
-        return nothing if found is None else found.reshape(-1, 2).astype(np.int64)
+        most, quality = REGISTRATION.most_patches, REGISTRATION.patch_quality
+        apart = max(REGISTRATION.least_apart, REGISTRATION.patches_apart * self.width)
+        return corners_of(self.gray, most, quality, apart, usable, self.half).astype(np.int64)
 
 
 def match(drawn: Drawn, seen: Gray, reach: float) -> Matches:

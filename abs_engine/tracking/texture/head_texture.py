@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import cast
 
 import cv2
 import numpy as np
@@ -25,7 +24,7 @@ from abs_engine.io.assets import Speaker
 from abs_engine.tracking.settings.head import HEAD_POSE
 from abs_engine.tracking.settings.registration import REGISTRATION
 from abs_engine.tracking.texture.interpolation import at_pixels
-from abs_engine.tracking.texture.rigid_motion import flow
+from abs_engine.tracking.texture.rigid_motion import corners_of, flow
 
 Gray = NDArray[np.uint8]
 
@@ -208,15 +207,16 @@ def match(
     own = first.camera or camera
     carried_to = at_pixels(drawn.facet_id, drawn.barycentrics, one.faces, first.shown(own))
     there, shown = carried_to[..., :2], drawn.covered & (carried_to[..., 2] > HEAD_POSE.facing)
-    seen = _sampled(second.gray, _pixels(window), window.scale)
+    pixels = np.meshgrid(*(along.astype(np.float32) for along in window.places))
+    seen = _sampled(second.gray, np.stack(pixels, axis=-1), window.scale)
     finer = pixels_a_mm(second.pose, camera) / pixels_a_mm(first.pose, own)
     coarse = window.scale * (1.0 if first.camera is None else finer)
     carried = np.where(shown, _sampled(first.gray, there, coarse), seen).astype(np.uint8)
     still = shown & body.skull[np.maximum(drawn.facet_id - 1, 0)]
-    pixels, found = _matched(_evenly_lit(carried), _evenly_lit(seen), still)
-    if len(pixels) < HEAD_POSE.least_points:
+    corners, found = _matched(_evenly_lit(carried), _evenly_lit(seen), still)
+    if len(corners) < HEAD_POSE.least_points:
         return None
-    column, row = pixels.T
+    column, row = corners.T
     facet, weights = drawn.facet_id[row, column] - 1, drawn.barycentrics[row, column]
     where = one.faces[facet], weights.astype(np.float64)
     return Matches(
@@ -239,14 +239,6 @@ def window_about(vertices: FloatArray, pose: Pose, camera: Camera, side: int) ->
     return Window(float(low[0]), float(low[1]), float(size[0]), float(size[1]), scale)
 
 
-def _pixels(window: Window) -> NDArray[np.float32]:
-    """Places of a window's drawn pixels in the image, (H, W, 2), px."""
-    drawn = np.repeat(np.arange(max(window.drawn), dtype=np.float64)[:, None], 2, axis=1)
-    x, y = window.to_image(drawn).T.astype(np.float32)
-    width, height = window.drawn
-    return np.stack(np.meshgrid(x[:width], y[:height]), axis=-1)
-
-
 def _sampled(gray: Gray, pixels: NDArray[np.floating], scale: float) -> Gray:
     """The picture at pixels (H, W, 2), blurred as coarsely as it is drawn."""
     soft = cv2.GaussianBlur(gray, (0, 0), GENERAL.shrunk_blur / scale) if scale < 1 else gray
@@ -266,16 +258,9 @@ def _matched(before: Gray, after: Gray, where: BoolArray) -> tuple[NDArray[np.in
     """Whole pixels (N, 2) of corners in one picture, and where they are in another (N, 2)."""
     mask = cv2.erode(where.astype(np.uint8), np.ones((5, 5), np.uint8))
     apart = max(HEAD_POSE.least_apart, min(before.shape) / REGISTRATION.corners_across)
-    # None where there is no corner, which OpenCV's types do not say
-    found = cast(
-        "NDArray[np.float32] | None",
-        cv2.goodFeaturesToTrack(
-            before, HEAD_POSE.most_points, REGISTRATION.corner_quality, apart, mask=mask
-        ),
-    )
-    if found is None:
+    start = corners_of(before, HEAD_POSE.most_points, REGISTRATION.corner_quality, apart, mask)
+    if not len(start):
         return np.zeros((0, 2), np.int_), np.zeros((0, 2))
-    start = found.reshape(-1, 2)
     there, ok = flow(before, after, start, start, HEAD_POSE.levels)
     back, ok_back = flow(after, before, there, there, HEAD_POSE.levels)
     good = ok & ok_back & (np.linalg.norm(back - start, axis=1) < HEAD_POSE.returns)

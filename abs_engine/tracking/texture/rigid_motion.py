@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 import cv2
 import numpy as np
@@ -78,19 +78,22 @@ def rigid_reference(
     face = float(np.sqrt(buffers.covered.sum()))
     mask = cv2.erode(on_face.astype(np.uint8), np.ones((3, 3), np.uint8))
     apart = max(REGISTRATION.least_apart, face / REGISTRATION.corners_across)
-    # None where there is no corner, which OpenCV's types do not say
-    found = cast(
-        "NDArray[np.float32] | None",
-        cv2.goodFeaturesToTrack(
-            gray, REGISTRATION.most_corners, REGISTRATION.corner_quality, apart, mask=mask
-        ),
-    )
-    pixels = np.zeros((0, 2), np.float32) if found is None else found.reshape(-1, 2)
+    most, quality = REGISTRATION.most_corners, REGISTRATION.corner_quality
+    pixels = corners_of(gray, most, quality, apart, mask)
     column, row = np.rint(pixels.astype(np.float64)).astype(int).T
     corners = scene.faces[buffers.facet_id[row, column] - 1]
     weights = buffers.barycentrics[row, column].astype(np.float64)
     points = np.einsum("nk,nkd->nd", weights, scene.mean.astype(np.float64)[corners])
     return RigidReference(np.asarray(gray, np.uint8), pixels, points, pose)
+
+
+def corners_of(
+    gray: NDArray[Any], most: int, quality: float, apart: float, mask: NDArray[Any], block: int = 3
+) -> NDArray[np.float32]:
+    """Corners (N, 2), px, of a grey picture (H, W), at most so many, where a mask is not 0."""
+    found = cv2.goodFeaturesToTrack(gray, most, quality, apart, mask=mask, blockSize=block)
+    some = cast("NDArray[np.float32] | None", found)  # OpenCV's types do not say so
+    return np.zeros((0, 2), np.float32) if some is None else some.reshape(-1, 2)
 
 
 def follow(

@@ -249,9 +249,6 @@ def _face_window(scene: Scene, pose: Pose, camera: Camera, width: float, finest:
 
 def _inside(window: Window, camera: Camera) -> BoolArray:
     """Mask of the drawn pixels of a window that lie in the picture, (H, W)."""
-    width, height = window.drawn
-    x = window.to_image(np.stack([np.arange(width), np.zeros(width)], axis=1))[:, 0]
-    y = window.to_image(np.stack([np.zeros(height), np.arange(height)], axis=1))[:, 1]
-    across = (x >= 0) & (x <= camera.size[0] - 1)
-    down = (y >= 0) & (y <= camera.size[1] - 1)
+    (x, y), (width, height) = window.places, camera.size
+    across, down = (x >= 0) & (x <= width - 1), (y >= 0) & (y <= height - 1)
     return np.asarray(down[:, None] & across)
