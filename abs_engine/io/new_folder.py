@@ -10,16 +10,7 @@ from typing import Self
 
 from abs_engine.core.errors import OutputError
 from abs_engine.io.files import check_free, unwritable
-from abs_engine.io.naming import (
-    CHOICES,
-    WHOLE,
-    empty,
-    is_kept,
-    lock,
-    partial_of,
-    rename_new,
-    sweep,
-)
+from abs_engine.io.naming import CHOICES, WHOLE, empty, is_kept, lock, partial_of, rename_new, sweep
 
 _TRIES = 10
 

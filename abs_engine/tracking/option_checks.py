@@ -106,13 +106,11 @@ def _check_placed(model: Model, options: TrackOptions, chosen: TrackOptions) -> 
     for name, given in asked.items():
         if given and other is not None:
             raise ParameterError(
-                f"{name} has no effect with {other}",
-                f"leave out {name}, or {other}",
+                f"{name} has no effect with {other}", f"leave out {name}, or {other}"
             )
     if options.driver is not None and options.evidence == ALONE:
         raise ParameterError(
-            f"--driver has no effect with --evidence {ALONE}",
-            "leave out --driver, or --evidence",
+            f"--driver has no effect with --evidence {ALONE}", "leave out --driver, or --evidence"
         )
     if options.face is not None and options.poses is not None:
         raise ParameterError("head poses say which face is meant", "leave out --face, or --poses")

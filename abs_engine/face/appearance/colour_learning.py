@@ -35,8 +35,7 @@ PLACES = ("skin", "lips", "inside")
 
 
 def learn_classes(
-    images: Sequence[NDArray[np.generic]],
-    places: Sequence[FloatArray],
+    images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray]
 ) -> ColourClasses:
     """Learn the classes from a clip, given where each class is expected.
 
@@ -98,11 +97,7 @@ class _Separated:
 
 
 def _separated(
-    samples: FloatArray,
-    prior: FloatArray,
-    skin: Mixture,
-    lips: Mixture,
-    held: Mixture | None,
+    samples: FloatArray, prior: FloatArray, skin: Mixture, lips: Mixture, held: Mixture | None
 ) -> _Separated:
     """Expectation maximisation from a guess of the lips, at first held to anybody's if asked to.
 
@@ -128,9 +123,7 @@ def _separated(
 
 
 def typical_classes(
-    images: Sequence[NDArray[np.generic]],
-    places: Sequence[FloatArray],
-    plain: bool = False,
+    images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray], plain: bool = False
 ) -> ColourClasses:
     """The classes of anybody beside the skin that a clip shows; errors as `learn_classes`.
 

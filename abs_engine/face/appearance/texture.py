@@ -139,11 +139,7 @@ class TextureModel:
 
 
 def learn_texture(
-    sightings: Iterable[Sighting],
-    scene: Scene,
-    atlas: Atlas,
-    camera: Camera,
-    renderer: Renderer,
+    sightings: Iterable[Sighting], scene: Scene, atlas: Atlas, camera: Camera, renderer: Renderer
 ) -> TextureModel:
     """Learn I_0 and M_I by least squares for each texel, from the frames that show it.
 

@@ -34,10 +34,7 @@ _PRESSING: dict[str, float] = {
 
 
 def mouth_shape(
-    speaker: Speaker,
-    neutral: NDArray[np.float32],
-    n_modes: int,
-    anybody: bool = False,
+    speaker: Speaker, neutral: NDArray[np.float32], n_modes: int, anybody: bool = False
 ) -> LinearShape:
     """Principal components over mouth postures of a real person and others that are authored.
 

@@ -20,10 +20,7 @@ from abs_engine.io.npz import read_npz
 FORMAT, VERSION = "abs_engine.units", 1
 UNITS = "population/units.npz"
 _AGAIN = "make it again with assets/make_units.py"
-_LAYOUT: Layout = {
-    "unit_names": text("N"),
-    "differences": real("N", "V", 3, dtype=np.float16),
-}
+_LAYOUT: Layout = {"unit_names": text("N"), "differences": real("N", "V", 3, dtype=np.float16)}
 
 
 def save_units(path: Path, names: Sequence[str], differences: NDArray[np.floating]) -> None:

@@ -85,9 +85,7 @@ def _spread(vertices: FloatArray, count: int) -> NDArray[np.int_]:
 
 
 def _kernel(
-    one: NDArray[np.floating],
-    other: NDArray[np.floating],
-    scales: Sequence[tuple[float, float]],
+    one: NDArray[np.floating], other: NDArray[np.floating], scales: Sequence[tuple[float, float]]
 ) -> NDArray[np.floating]:
     """Covariance (N, M) of the displacements at points, mm^2."""
     out = np.zeros((len(one), len(other)), one.dtype)

@@ -174,10 +174,7 @@ class Decoder:
 
 
 def _survey(
-    path: Path,
-    container: av.container.InputContainer,
-    stream: av.VideoStream,
-    first: int | None,
+    path: Path, container: av.container.InputContainer, stream: av.VideoStream, first: int | None
 ) -> tuple[float | None, tuple[float, ...], int, bool]:
     """Time of the first frame shown, all times from it on, their number, and if all are one time.
 

@@ -87,8 +87,7 @@ def check_readable(path: Path) -> None:
         sequence = sequence_of(path)
         if sequence and not path.is_file():
             raise InputFileError(
-                f"{path} names pictures, and sequences of pictures are not read",
-                as_video(sequence),
+                f"{path} names pictures, and sequences of pictures are not read", as_video(sequence)
             )
         found = os.stat(path)
         if stat.S_ISDIR(found.st_mode):

@@ -141,10 +141,7 @@ class FaceFollower:
     """
 
     def __init__(
-        self,
-        choice: FaceChoice,
-        known: Sequence[Landmarks | None] = (),
-        faces: Sequence[Face] = (),
+        self, choice: FaceChoice, known: Sequence[Landmarks | None] = (), faces: Sequence[Face] = ()
     ) -> None:
         self._choice, self._known = choice, known
         self._last: Landmarks | None = None

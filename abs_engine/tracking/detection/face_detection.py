@@ -271,11 +271,7 @@ def _turned_back(face: Face, shape: tuple[int, ...], quarters: int) -> Face:
     def back(places: FloatArray) -> FloatArray:
         height, width = shape
         x, y = places[..., 0], places[..., 1]
-        turned = {
-            1: (width - 1 - y, x),
-            2: (width - 1 - x, height - 1 - y),
-            3: (y, height - 1 - x),
-        }
+        turned = {1: (width - 1 - y, x), 2: (width - 1 - x, height - 1 - y), 3: (y, height - 1 - x)}
         return np.stack(turned[quarters], axis=-1)
 
     return replace(face, centre=back(face.centre), points=back(face.points))

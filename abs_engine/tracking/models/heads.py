@@ -21,12 +21,7 @@ from abs_engine.fit.shading import NAME as SHADED
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.video import read_frames
 from abs_engine.learn.heads.table import EYES_MM
-from abs_engine.tracking.detection.face_choice import (
-    LARGEST,
-    FaceChoice,
-    FaceFollower,
-    by_size,
-)
+from abs_engine.tracking.detection.face_choice import LARGEST, FaceChoice, FaceFollower, by_size
 from abs_engine.tracking.detection.face_detection import faces_any_way_up
 from abs_engine.tracking.detection.first_look import follower_of
 from abs_engine.tracking.detection.initial_pose import FaceBox

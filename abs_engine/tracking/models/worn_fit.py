@@ -161,11 +161,7 @@ class WornHead:
         ]
 
     def _shared(
-        self,
-        terms: Sequence[FacetLikelihood],
-        pose: Pose,
-        person: FloatArray,
-        vectors: FloatArray,
+        self, terms: Sequence[FacetLikelihood], pose: Pose, person: FloatArray, vectors: FloatArray
     ) -> tuple[Pose, FloatArray]:
         """One pose and one person for all frames, their postures held."""
         model = self.model

@@ -27,12 +27,7 @@ from abs_engine.tracking.person.frame_choice import Brightness, Sighted
 from abs_engine.tracking.results.run_warnings import FACE_COLOURS, FACE_LOOKS, UNCOVERED, other_head
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION
-from abs_engine.tracking.speaker.clip_looks import (
-    ANEW,
-    known_head,
-    looks_alike,
-    with_looks_of_clip,
-)
+from abs_engine.tracking.speaker.clip_looks import ANEW, known_head, looks_alike, with_looks_of_clip
 from abs_engine.tracking.speaker.speaker_face import SpeakerFace, has_looks, load_speaker_face
 from abs_engine.tracking.speaker.speaker_looks import compared, looking
 from abs_engine.tracking.start.person_fit import FittedPerson
