@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from abs_engine.core.arrays import Image
 from abs_engine.core.errors import FaceNotFoundError, MeshError
@@ -41,7 +42,13 @@ from abs_engine.tracking.landmark.rendered_landmarks import correspondence_of
 from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.person.expected_person import anybody
 from abs_engine.tracking.person.frame_choice import candidate_frames, frames_to_learn, to_learn_from
-from abs_engine.tracking.person.scale import known_scale, proportion, pupil_distance, pupil_scale
+from abs_engine.tracking.person.scale import (
+    Scale,
+    known_scale,
+    proportion,
+    pupil_distance,
+    pupil_scale,
+)
 from abs_engine.tracking.results.run_warnings import NO_EYES, stretched
 from abs_engine.tracking.start import beforehand
 from abs_engine.tracking.start.blob_start import by_blobs, mouth_model, physics_expression
@@ -182,12 +189,7 @@ def by_landmarks(
     Of a person whose head is known, only how it looks in the clip is learned.
     """
     known, made_with = options.person is not None, speaker
-    if options.person is not None:
-        speaker = replace(speaker, vertices=speaker.named(options.person))
-        scale = known_scale(pupil_distance(speaker, speaker.vertices), person=True, poses=False)
-    else:
-        scale = pupil_scale(options.pupil_distance)
-        speaker, correspondence = anybody(speaker, correspondence)
+    speaker, correspondence, scale = _begun_from(speaker, correspondence, options)
     given = None if options.poses is None else GivenHead.read(options.poses, clip, speaker)
     choice = FaceChoice.asked(options.face, options.mouth)
     if given is not None:
@@ -215,15 +217,35 @@ def by_landmarks(
     poses = None if given is None else given.aligned(fitted, numbered)
     first = clip.first(follower.found)
     setting = head_setting(clip, fitted, renderer, options, leaves, choice, first, face, poses)
-    eyes = [shows_eyes(marks, clip.info.size) for _, marks in turned]
-    if not known and 2 * sum(eyes) < len(eyes):
-        scale = scale.without_eyes
-        warnings = (NO_EYES.format(scale.uncertainty), *warnings)
-    elif not known:
-        warnings = (*stretched(proportion(fitted.model.head.mean, speaker)), *warnings)
+    if not known:
+        eyes = [shows_eyes(marks, clip.info.size) for _, marks in turned]
+        scale, doubts = _measured(scale, eyes, fitted.model.head.mean, speaker)
+        warnings = (*doubts, *warnings)
     setting = replace(setting, warnings=warnings)
     facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, scale, follower.remarks(), facts)
+
+
+def _begun_from(
+    speaker: Speaker, correspondence: Correspondence, options: TrackOptions
+) -> tuple[Speaker, Correspondence, Scale]:
+    """The head that a fit begins with, a known person's or anybody's, its landmarks and scale."""
+    if options.person is None:
+        scale = pupil_scale(options.pupil_distance)
+        return *anybody(speaker, correspondence), scale
+    person = replace(speaker, vertices=speaker.named(options.person))
+    scale = known_scale(pupil_distance(person, person.vertices), person=True, poses=False)
+    return person, correspondence, scale
+
+
+def _measured(
+    scale: Scale, eyes: Sequence[bool], head: NDArray[np.floating], speaker: Speaker
+) -> tuple[Scale, tuple[str, ...]]:
+    """The scale of a fitted head (V, 3), and warnings, by whether frames show its eyes."""
+    if 2 * sum(eyes) < len(eyes):
+        scale = scale.without_eyes
+        return scale, (NO_EYES.format(scale.uncertainty),)
+    return scale, stretched(proportion(head, speaker))
 
 
 def _numbered(

@@ -160,20 +160,7 @@ def _from_npz(path: Path) -> GivenPoses:
     of_run = format_of(arrays) == FORMAT
     if of_run:
         check_format(path, arrays, FORMAT, VERSION)
-    missing = [name for name in ("rotation", "translation") if name not in arrays]
-    if missing:
-        raise ModelFormatError(f"{path} lacks the array {missing[0]}", HELP)
-    turn, shift = arrays["rotation"], arrays["translation"]
-    frames = shift.shape[:1]  # () of a single number
-    if shift.shape != (*frames, 3) or turn.shape not in ((*frames, 3), (*frames, 3, 3)):
-        raise ModelFormatError(
-            f"{path} has rotations of shape {turn.shape} and translations of {shift.shape}", HELP
-        )
-    if not _real(turn, shift):
-        raise ModelFormatError(
-            f"the rotations or translations of {path} are not real numbers", HELP
-        )
-    turn, shift = turn.astype(np.float64), shift.astype(np.float64)
+    turn, shift = _motion(path, arrays)
     found = _marks(path, arrays, "found", len(shift), missing=True)
     there = found
     if of_run:
@@ -191,6 +178,24 @@ def _from_npz(path: Path) -> GivenPoses:
     # Only the average head leaves a person's mouth to be fitted
     average = "person_weights" in arrays and arrays["person_weights"].size > 0
     return GivenPoses(path, poses, _camera_of(path, arrays), average)
+
+
+def _motion(path: Path, arrays: dict[str, NDArray[Any]]) -> tuple[FloatArray, FloatArray]:
+    """Rotations (T, 3) or (T, 3, 3), translations (T, 3); `ModelFormatError` if they are none."""
+    missing = [name for name in ("rotation", "translation") if name not in arrays]
+    if missing:
+        raise ModelFormatError(f"{path} lacks the array {missing[0]}", HELP)
+    turn, shift = arrays["rotation"], arrays["translation"]
+    frames = shift.shape[:1]  # () of a single number
+    if shift.shape != (*frames, 3) or turn.shape not in ((*frames, 3), (*frames, 3, 3)):
+        raise ModelFormatError(
+            f"{path} has rotations of shape {turn.shape} and translations of {shift.shape}", HELP
+        )
+    if not _real(turn, shift):
+        raise ModelFormatError(
+            f"the rotations or translations of {path} are not real numbers", HELP
+        )
+    return turn.astype(np.float64), shift.astype(np.float64)
 
 
 def _real(*arrays: NDArray[Any]) -> bool:
