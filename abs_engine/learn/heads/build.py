@@ -33,14 +33,8 @@ from abs_engine.learn.heads.frame import HeadFrame, head_frame
 from abs_engine.learn.heads.interior import TEETH, has, is_hollow, mouth_interior
 from abs_engine.learn.heads.marks import Contours, Marks, find_marks, lip_contours
 from abs_engine.learn.heads.paint import laid, paint
-from abs_engine.learn.heads.parts import (
-    check_face,
-    check_places,
-    hidden_parts,
-    is_inside_out,
-    named_regions,
-)
-from abs_engine.learn.heads.regions import HIDDEN_ID, facet_classes, lie_on_others, welded
+from abs_engine.learn.heads.parts import Surface, hidden_parts
+from abs_engine.learn.heads.regions import HIDDEN_ID, facet_classes, welded
 from abs_engine.learn.heads.settings import HEAD_IMPORT
 from abs_engine.learn.heads.table import SIXTY_EIGHT, HeadTable
 from abs_engine.learn.heads.units import face_units
@@ -117,14 +111,8 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
     jaw = units[FACE_UNITS.index(Unit.JAW_OPEN)].astype(np.float64)
     check_rings(marks, vertices + jaw)
     weld = welded(vertices, jaw)
-    twice = lie_on_others(weld[mesh.faces])
-    mesh = mesh.of_facets(~twice) if twice.any() else mesh
-    words = named_regions(mesh, table.regions)
-    check_face(mesh, words, marks, weld)
-    nose = int(marks.nose_tip[0])
-    check_places(mesh, words, vertices, nose)
-    inside_out = is_inside_out(mesh, words, marks, vertices)
-    mesh = mesh.turned() if inside_out else mesh
+    surface = Surface.of(mesh, table.regions, marks, vertices, weld)
+    mesh, words = surface.mesh, surface.words
     face = mesh.faces[words != "none"]
     contours = lip_contours(marks, vertices, face, weld)
     opening = float(lip_gap(jaw[contours.points]))
@@ -133,7 +121,9 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
             f"jawOpen opens the lips of {mesh.source} by {opening:.1f} mm",
             "give a mesh whose mouth opens, or name its target: [units] jawOpen = ...",
         )
-    classes = facet_classes(words, vertices, mesh.faces, weld, contours, jaw, nose)
+    classes = facet_classes(
+        words, vertices, mesh.faces, weld, contours, jaw, int(marks.nose_tip[0])
+    )
     whole = _Parts(vertices, mesh.faces, weld, classes, units)
     whole, added = _completed(whole, contours, float(np.linalg.norm(jaw[marks.chin[0]])))
     missing = tuple(n for n, d in zip(FACE_UNITS, units, strict=True) if not d.any())
@@ -150,8 +140,8 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
     )
     hidden = hidden_parts(mesh, words)
     return ImportedHead(
-        speaker, moved.unused, missing, added, opening, hidden, moved.exchanged, inside_out,
-        int(twice.sum()),
+        speaker, moved.unused, missing, added, opening, hidden, moved.exchanged,
+        surface.inside_out, surface.twice,
     )  # fmt: skip
 
 

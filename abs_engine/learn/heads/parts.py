@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +15,56 @@ from abs_engine.core.registry import nearest
 from abs_engine.face.schema import HIDDEN, ICT_PARTS, LIPS, region_of
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.learn.heads.marks import Marks
+from abs_engine.learn.heads.regions import lie_on_others
 from abs_engine.learn.heads.settings import HEAD_IMPORT
 
 _SKIN = ("skin",)
 
 
-def named_regions(mesh: MorphMesh, given: Mapping[str, str]) -> NDArray[np.object_]:
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A head's facets, each once and facing out of it, and the regions that their parts name.
+
+    Parameters
+    ----------
+    words : (F,) str
+        Of `schema.REGION_WORDS`.
+    inside_out : bool
+        Whether the facets of the file face into the head: they were turned round.
+    twice : int
+        Facets that lie on others: they were left out.
+    """
+
+    mesh: MorphMesh
+    words: NDArray[np.object_]
+    inside_out: bool
+    twice: int
+
+    @classmethod
+    def of(
+        cls,
+        mesh: MorphMesh,
+        given: Mapping[str, str],
+        marks: Marks,
+        vertices: FloatArray,
+        weld: IntArray,
+    ) -> Surface:
+        """The surface of a mesh at vertices (V, 3), mm, head frame, whose seams `weld` (V,) joins.
+
+        Raises `ParameterError` if a region that is `given` is of no part, if nose or chin are on no
+        skin, or if other parts lie away from the face.
+        """
+        double = lie_on_others(weld[mesh.faces])
+        mesh = mesh.of_facets(~double) if double.any() else mesh
+        words = _named_regions(mesh, given)
+        _check_face(mesh, words, marks, weld)
+        _check_places(mesh, words, vertices, int(marks.nose_tip[0]))
+        inside_out = _is_inside_out(mesh, words, marks, vertices)
+        mesh = mesh.turned() if inside_out else mesh
+        return cls(mesh, words, inside_out, int(double.sum()))
+
+
+def _named_regions(mesh: MorphMesh, given: Mapping[str, str]) -> NDArray[np.object_]:
     """Region of each facet (F,) by the name of its part, one of `schema.REGION_WORDS`.
 
     `given` are regions by pieces of names; they count more than what names say themselves. Raises
@@ -58,7 +103,7 @@ def _of(mesh: MorphMesh, facets: NDArray[np.bool_]) -> tuple[str, ...]:
     return tuple(" / ".join(pieces) or "without a name" for pieces in apart)
 
 
-def check_face(mesh: MorphMesh, words: NDArray[np.object_], marks: Marks, weld: IntArray) -> None:
+def _check_face(mesh: MorphMesh, words: NDArray[np.object_], marks: Marks, weld: IntArray) -> None:
     """Raise `ParameterError` where the tip of the nose or the chin (V,) is on no skin."""
     corners = weld[mesh.faces]
     for name, at in (("nose_tip", marks.nose_tip), ("chin", marks.chin)):
@@ -77,7 +122,7 @@ def check_face(mesh: MorphMesh, words: NDArray[np.object_], marks: Marks, weld: 
         )
 
 
-def is_inside_out(
+def _is_inside_out(
     mesh: MorphMesh, words: NDArray[np.object_], marks: Marks, vertices: FloatArray
 ) -> bool:
     """Whether the skin at nose, chin and lips faces into the head (V, 3), head frame."""
@@ -86,7 +131,7 @@ def is_inside_out(
     return bool(np.median(vertex_normals(vertices, skin)[at, 2]) < 0)
 
 
-def check_places(
+def _check_places(
     mesh: MorphMesh, words: NDArray[np.object_], vertices: FloatArray, nose: int
 ) -> None:
     """Raise `ParameterError` where eyes, teeth or tongue lie away from the face (V, 3), mm."""

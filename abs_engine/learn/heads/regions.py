@@ -61,7 +61,7 @@ def facet_classes(
     Parameters
     ----------
     words : (F,) of str
-        See `parts.named_regions`; where they name lips, these end there, and not at the contours.
+        See `parts.Surface`; where they name lips, these end there, and not at the contours.
     vertices : (V, 3) float64, mm
     faces : (F, 3) int
     weld : (V,) int64
