@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Iterator
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import metadata
 from pathlib import Path
 from runpy import run_path
@@ -121,7 +121,13 @@ class Registry:
 
     @cached_property
     def _installed(self) -> dict[str, metadata.EntryPoint]:
-        return {point.name: point for point in metadata.entry_points(group=self.group)}
+        return {point.name: point for point in _entry_points().select(group=self.group)}
+
+
+@cache
+def _entry_points() -> Any:
+    """Entry points of all installed packages (`metadata.EntryPoints`), read once."""
+    return metadata.entry_points()
 
 
 PLUGINS: list[Path] = []

@@ -71,7 +71,7 @@ def sampled(picture, pixels):
     out = np.empty((*pixels.shape[:2], 3))
     for b in range(pixels.shape[0]):
         for n in range(pixels.shape[1]):
-            if not np.isfinite(pixels[b, n].sum()):
+            if not np.isfinite(pixels[b, n, 0] + pixels[b, n, 1]):
                 out[b, n] = np.nan
                 continue
             x = min(max(pixels[b, n, 0], 0.0), width - 1.001)
@@ -93,7 +93,7 @@ def uphill(picture, pixels):
     for n in range(len(pixels)):
         x = min(max(pixels[n, 0], 0.0), width - 1.001)
         y = min(max(pixels[n, 1], 0.0), height - 1.001)
-        if not np.isfinite(pixels[n].sum()):
+        if not np.isfinite(pixels[n, 0] + pixels[n, 1]):
             continue
         i, j = int(x), int(y)
         for c in range(3):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+from importlib import metadata
 
 import pytest
 import reported
@@ -31,6 +32,7 @@ def broken(tmp_path, monkeypatch):
     (own / "entry_points.txt").write_text(ENTRIES)
     for registry in (METRICS, EXPORTERS):
         monkeypatch.delattr(registry, "_installed")  # found once, and kept
+    monkeypatch.setattr("abs_engine.core.registry._entry_points", metadata.entry_points)
     monkeypatch.syspath_prepend(own.parent)
 
 

@@ -69,7 +69,7 @@ def test_an_installed_entry_that_fails_is_named_and_the_rest_works(monkeypatch):
         metadata.EntryPoint("empty", "math:no_such_thing", group),
     ]
     monkeypatch.setattr(
-        "abs_engine.core.registry.metadata.entry_points", lambda group: points if group else []
+        "abs_engine.core.registry._entry_points", lambda: metadata.EntryPoints(points)
     )
     toys = Registry("toy")
     assert toys.names() == ("broken", "empty", "whole")

@@ -55,6 +55,19 @@ def test_only_compiled_loops_call_them():
         assert not used_outside(one, inner[name] | imported(one, inner)), name
 
 
+def test_loops_sum_for_themselves():
+    """For an array's own sum numba imports SciPy's linear algebra as it loads the loop."""
+    slow = {"sum", "mean", "prod", "any", "all", "argmin", "argmax", "dot"}
+    calls = [
+        (path.name, one.name, node.attr)
+        for path in ROOT.rglob("*.py")
+        for one in decorated(ast.parse(path.read_text("utf-8")), "njit", "_compiled").values()
+        for node in ast.walk(one)
+        if isinstance(node, ast.Attribute) and node.attr in slow
+    ]
+    assert calls == []
+
+
 def test_a_call_by_python_is_seen():
     source = ast.parse(
         "@numba.njit(**INNER)\ndef inner(): pass\n"

@@ -3,27 +3,14 @@
 
 from __future__ import annotations
 
-import importlib
-
 import numba
 import numpy as np
-from numba.np import linalg
 
 from abs_engine.core.compiled import INNER, LOOP
 
 
 def load() -> None:
-    """Load the compiled function, and most of numba with it, which takes a while.
-
-    Numba would import `scipy.linalg` for products of matrices, which no compiled function of ours
-    has: it does so for those that need it, too.
-    """
-    checked = linalg.ensure_blas
-    linalg.ensure_blas = lambda: None
-    try:
-        importlib.import_module("numba.np.arraymath").ensure_blas = checked  # type: ignore[attr-defined]
-    finally:
-        linalg.ensure_blas = checked
+    """Load the compiled function, and what numba and NumPy load for any, which takes a while."""
     point, none = np.zeros((1, 3)), np.zeros((0, 1, 3))
     weighed_motion(
         point + 1, point[0], none, np.eye(3), np.ones(1), np.eye(2), np.zeros(1), point,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from dataclasses import replace
 from functools import cache
 
@@ -321,17 +319,3 @@ def test_landmarks_move_as_their_weighed_motion_says():
     for k, step in enumerate(1e-4 * np.eye(len(out))):
         slope = (seen(step) - seen(-step)) / 2e-4
         np.testing.assert_allclose(out[k], slope.ravel(), rtol=1e-5, atol=1e-6)
-
-
-def test_loading_compiled_loops_leaves_scipys_linear_algebra_to_those_that_need_it():
-    said = """
-import sys
-import numba
-import numpy as np
-from abs_engine.tracking.landmark import landmark_jacobian
-landmark_jacobian.load()
-print("scipy.linalg" in sys.modules)
-print(numba.njit(lambda a, b: np.dot(a, b))(2 * np.eye(3), np.ones((3, 3)))[0, 0])
-"""
-    done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["False", "2.0"]

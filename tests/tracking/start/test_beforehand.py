@@ -9,6 +9,7 @@ import pytest
 
 from abs_engine.face import identity
 from abs_engine.face.shape.population import average_person
+from abs_engine.tracking.landmark import landmark_jacobian
 from abs_engine.tracking.person.scale import pupil_distance, pupil_scale
 from abs_engine.tracking.start import beforehand
 
@@ -39,6 +40,7 @@ def test_a_distance_that_is_none_is_left_to_whoever_needs_it():
 
 
 def test_scipy_is_left_to_clips_that_need_it():
+    landmark_jacobian.load()  # compiled now, if it never was
     said = (
         "import sys\nfrom abs_engine.tracking import loop, run\n"
         "from abs_engine.tracking.landmark import landmark_jacobian\n"
