@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import speaker_mesh as sm
-from scipy import sparse
 from speaker_chart import lay_out
 from speaker_inside import settle
 from speaker_people import MACROS, identity_targets
@@ -18,45 +17,6 @@ MILLIMETRES = 100.0  # per decimetre
 TAPER = 5  # refined rings that the vermilion loses at the mouth's corners
 LARGE = 0.105  # dm, quads of the skull with a longer mean side are refined
 OUTER_RINGS, INNER_RINGS = 3, 4  # rings of skin and of inner mouth that are refined too
-
-
-@dataclass(frozen=True)
-class Head:
-    """The head before it is written.
-
-    Attributes
-    ----------
-    vertices : (V, 3) float64
-        The average person, mm, head frame.
-    faces : (F, 3) int
-    uv : (V, 2) float64
-    weld : (V,) int
-    facet_class : (F,) uint8
-    lips : LipGrid
-        The lips' grid, in split vertices.
-    border : (spokes,) int
-        Ring of the vermilion border at each spoke of the grid.
-    operator : (V, N) sparse
-        From points of the base mesh to vertices (mm, but not moved to the origin).
-    points : (N, 3) float64
-        The average person over the base mesh, dm.
-    origin : (3,) float64
-        Origin of the head frame in the base mesh, dm.
-    canals : (2,) int
-        Base points at the right and left ear canal; the origin is between them.
-    """
-
-    vertices: np.ndarray
-    faces: np.ndarray
-    uv: np.ndarray
-    weld: np.ndarray
-    facet_class: np.ndarray
-    lips: sm.LipGrid
-    border: np.ndarray
-    operator: sparse.csr_matrix
-    points: np.ndarray
-    origin: np.ndarray
-    canals: np.ndarray
 
 
 def average_points(source: Source, base: QuadMesh) -> np.ndarray:
@@ -190,7 +150,7 @@ def split_vertices(made: Refined, corners: list) -> tuple[np.ndarray, np.ndarray
     return inverse.reshape(-1, 3), unique[:, 0], unique[:, 1]
 
 
-def build_head(source: Source) -> Head:
+def build_head(source: Source) -> sm.Head:
     """Cut, refine, name and lay out the head of the average person."""
     base = source.base()
     points = average_points(source, base)
@@ -221,7 +181,7 @@ def build_head(source: Source) -> Head:
     first = {int(g): v for v, g in reversed(list(enumerate(geometric)))}
     lips = sm.LipGrid(np.vectorize(first.get)(grid.vertices), grid.left, grid.quads)
     weld = np.unique(geometric, return_inverse=True)[1]
-    head = Head(
+    head = sm.Head(
         operator @ points - origin * MILLIMETRES,
         faces,
         (made.uv_matrix @ full)[chart],
@@ -238,7 +198,7 @@ def build_head(source: Source) -> Head:
     return replace(head, vertices=settle(sealed, faces, kind))
 
 
-def unit_deltas(source: Source, head: Head) -> tuple[list[str], np.ndarray]:
+def unit_deltas(source: Source, head: sm.Head) -> tuple[list[str], np.ndarray]:
     """Return the names of the face units and their displacements, (52, V, 3) mm."""
     files = source.list(UNITS, ".target")
     names = [f.rsplit("/", 1)[1].removesuffix(".target") for f in files]
@@ -246,7 +206,7 @@ def unit_deltas(source: Source, head: Head) -> tuple[list[str], np.ndarray]:
     return names, np.stack([head.operator @ source.target(f, n) for f in files])
 
 
-def identity_deltas(source: Source, head: Head) -> tuple[list[str], np.ndarray]:
+def identity_deltas(source: Source, head: sm.Head) -> tuple[list[str], np.ndarray]:
     """Return names and displacements, (K, V, 3) mm, that change the person.
 
     The lips stay sealed, and the ear canals keep their midpoint at the origin. A macro target is

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import speaker_mesh as sm
-from speaker_head import Head
-from speaker_mesh import CONTACT_RING
+from speaker_mesh import CONTACT_RING, Head
 
 CORNER_RING, CORNER_SPOKE = CONTACT_RING - 4, 5
 """Place of the points 60 and 64 in the lip grid: ring, and spokes from the corner on the upper lip.

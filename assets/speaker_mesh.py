@@ -230,3 +230,42 @@ def orient_loop(loop: list[int], points: np.ndarray) -> list[int]:
     half = int(points[loop, 0].argmax())
     first, second = points[loop[1:half], 1].mean(), points[loop[half + 1 :], 1].mean()
     return loop if first > second else loop[:1] + loop[:0:-1]
+
+
+@dataclass(frozen=True)
+class Head:
+    """The head before it is written.
+
+    Attributes
+    ----------
+    vertices : (V, 3) float64
+        The average person, mm, head frame.
+    faces : (F, 3) int
+    uv : (V, 2) float64
+    weld : (V,) int
+    facet_class : (F,) uint8
+    lips : LipGrid
+        The lips' grid, in split vertices.
+    border : (spokes,) int
+        Ring of the vermilion border at each spoke of the grid.
+    operator : (V, N) sparse
+        From points of the base mesh to vertices (mm, but not moved to the origin).
+    points : (N, 3) float64
+        The average person over the base mesh, dm.
+    origin : (3,) float64
+        Origin of the head frame in the base mesh, dm.
+    canals : (2,) int
+        Base points at the right and left ear canal; the origin is between them.
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    uv: np.ndarray
+    weld: np.ndarray
+    facet_class: np.ndarray
+    lips: LipGrid
+    border: np.ndarray
+    operator: sparse.csr_matrix
+    points: np.ndarray
+    origin: np.ndarray
+    canals: np.ndarray

@@ -8,15 +8,10 @@ applied to the average and to every identity target, it seals all their mixes.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
-from speaker_mesh import CONTACT_RING, INNER_MOUTH
-
-if TYPE_CHECKING:
-    from speaker_head import Head
+from speaker_mesh import CONTACT_RING, INNER_MOUTH, Head
 
 OVERLAP = 0.8  # mm by which the upper lip's lower edge lies below the lower lip's upper edge
 REACH = 4.0  # mm, how far into the mouth the displacement fades
