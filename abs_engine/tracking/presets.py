@@ -54,6 +54,8 @@ USUAL = Preset(
 CLOSE_UP = Preset("a camera worn before the mouth", "worn", ("opening",), "newton", LANDMARKS)
 HEADS = (USUAL.model, "speaker")
 """Models that colours alone move by their borders, and whose skin's shading is compared."""
+WITH_HEAD = ("speaker", "talking")
+"""Models whose file holds the head that they were learned on."""
 
 
 def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:

@@ -28,7 +28,7 @@ from abs_engine.tracking.footage import footage_lines
 from abs_engine.tracking.model_entry import made_ready
 from abs_engine.tracking.option_checks import DEFAULTS, check_options
 from abs_engine.tracking.options import Clip, ClipTracker, Leaves, Tell, TrackOptions
-from abs_engine.tracking.presets import resolved
+from abs_engine.tracking.presets import WITH_HEAD, resolved
 from abs_engine.tracking.results.frame_journal import FRAMES, FrameJournal, fingerprint
 from abs_engine.tracking.results.run_warnings import GIVEN_COLOURS, OTHER_COLOURS
 from abs_engine.tracking.results.smoothing import Smoothing, write_smoothed
@@ -94,8 +94,10 @@ def prepare_clip(clip: Clip, renderer: Renderer, options: TrackOptions, tell: Te
         made = made_ready(model, clip, chosen, leaves, renderer, tell)
     driver = {"name": leaves.name, **leaves.driver.settings}
     file = chosen.model_file
+    head = chosen.speaker or (file if chosen.model in WITH_HEAD else None)
     facts = {
         "model": chosen.model, "model_file": file and file.name,
+        "speaker": "bundled" if head is None else head.name,
         "model_sha256": file and digest(file), "terms": list(leaves.kinds), "driver": driver,
         "preset": chosen.preset,
     }  # fmt: skip
@@ -272,7 +274,6 @@ def settings_of(tracker: ClipTracker, options: TrackOptions) -> dict[str, Any]:
         "person": options.person,
         "mouth": None if options.mouth is None else list(options.mouth),
         "camera": "given" if options.camera is not None else "ideal",
-        "speaker": "bundled" if options.speaker is None else options.speaker.name,
         "poses": "estimated" if options.poses is None else options.poses.name,
         "physics": None if options.physics is None else options.physics.name,
         "physics_sha256": None if options.physics is None else digest(options.physics),

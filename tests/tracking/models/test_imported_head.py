@@ -84,7 +84,8 @@ def test_a_known_shape_is_tracked_by_any_looks(tracked):
 
 def test_its_run_names_the_head_and_is_exported_with_it(tracked, tmp_path):
     head = tracked.parent / "head.face"
-    assert json.loads((tracked / "run.json").read_text())["settings"]["model_file"] == "head.face"
+    settings = json.loads((tracked / "run.json").read_text())["settings"]
+    assert settings["model_file"] == settings["speaker"] == "head.face"
     for kind in ("gltf", "arkit", "fap", "obj"):
         out = tmp_path / EXPORTERS.get(kind).suffix.replace(".", f"{kind}.", 1)
         out = out if out != tmp_path else tmp_path / kind
