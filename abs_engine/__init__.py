@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from abs_engine.fit.terms import TermKind
     from abs_engine.fit.view import View
     from abs_engine.io.assets import Speaker, load_speaker
+    from abs_engine.io.video.frames_file import write_video
     from abs_engine.optimise.base import Solution
     from abs_engine.optimise.by_nlopt import Simplex
     from abs_engine.optimise.drivers import Driver
@@ -81,6 +82,7 @@ _HOME = {
     "Simplex": "optimise.by_nlopt",
     # the lips in a video
     "track": "tracking.api",
+    "write_video": "io.video.frames_file",
     "Run": "tracking.run_in_memory",
     "track_video": "tracking.run",
     "TrackOptions": "tracking.options",
@@ -205,6 +207,7 @@ __all__ = [
     "track",
     "track_video",
     "write_report",
+    "write_video",
 ]  # fmt: skip
 
 

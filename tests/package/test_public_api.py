@@ -33,6 +33,7 @@ def test_every_public_name_can_be_imported():
     ("load_run", (3,), "folder is 3; give a path"),
     ("load_run", ("",), "folder is empty; give a path"),
     ("track", ("",), "video is empty; give a path"),
+    ("write_video", (3, [], 25), "path is 3; give a path"),
     ("score", (3, "truth"), "run is 3; give a run, its arrays, or its path"),
     ("score", ({}, 3), "truth is 3; give a path"),
     ("score", ("none", "truth"), "none does not exist; give the folder that 'track -o' "
