@@ -275,6 +275,7 @@ def test_choices_that_do_not_go_together(fails, place):
     assert "stored in datasets only" in fails("flow")
     assert "--rows names face units" in fails("nomogram", "--modes", 2, "--rows", "jawOpen")
     assert "modes asked for" in fails("nomogram", "--modes", 99)
+    assert "3 modes asked for, the run's head has 1" in fails("nomogram", run, "--modes", 3)
 
 
 def test_numbers_that_make_no_sense(fails, place):

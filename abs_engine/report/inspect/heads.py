@@ -107,6 +107,11 @@ def _directions(request: Request) -> tuple[Body, list[Row], bool]:
         raise ParameterError("--rows names face units, not modes", "leave one of them out")
     if request.run is not None:
         run = load_run_head(request.run, load_speaker(request.speaker))
+        held = len(run.mesh.modes)
+        if request.modes is not None and request.modes > held:
+            raise ParameterError(
+                f"{request.modes} modes asked for, the run's head has {held}", "ask for less"
+            )
         modes, names = run.mesh.modes[: request.modes], run.mode_names[: request.modes]
         return Body(run.speaker, run.mesh.mean.astype(np.float64)), mode_rows(modes, names), True
     person = person_of(request)
