@@ -238,10 +238,12 @@ def _without_truth(
         sureness = sureness_series(head.arrays)
         systems.append(replace(system, sureness=sureness, facts=run_facts(head.folder)))
     tell("reading the video")
-    shown, _ = shorten(read_frames(video), first.rate, played, (), first.uneven_times)
+    uneven = first.uneven_times
+    shown, _ = shorten(read_frames(video), first.rate, played, (), uneven)
+    told = _subtitle(len(first), first.rate, first.camera, "" if uneven is None else " on average")
     return ReportData(
         title=f"{video.name}: tracked",
-        subtitle=_subtitle(len(first), first.rate, first.camera) + "; no ground truth",
+        subtitle=f"{told}; no ground truth",
         rate=first.rate,
         times=first.times,
         systems=tuple(systems),
@@ -268,9 +270,9 @@ def _check_same_video(runs: Sequence[Path]) -> None:
             )
 
 
-def _subtitle(frames: int, rate: float, camera: Camera) -> str:
+def _subtitle(frames: int, rate: float, camera: Camera, even: str = "") -> str:
     width, height = camera.size
-    return f"{counted(frames, 'frame')} at {rate:g} a second, {width}x{height} pixels"
+    return f"{counted(frames, 'frame')} at {rate:g} a second{even}, {width}x{height} pixels"
 
 
 def _focus(lips: NDArray[Any]) -> tuple[float, float, float]:

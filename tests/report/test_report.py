@@ -233,6 +233,10 @@ def test_without_truth_there_are_curves_and_heads_but_no_scores(folder):
     assert "Lip curves" in page
     for absent in ("<h2>Scores", "<h2>Worst frames", "<h2>Error", "over the truth"):
         assert absent not in page[page.index("<main>") : page.index('id="data"')]
+    assert "at 25 a second, " in page
+    uneven = reported.write_uneven(folder / "uneven")
+    write_report([uneven], folder / "uneven.html", ReportOptions(video=film))
+    assert "at 25 a second on average, " in (folder / "uneven.html").read_text(encoding="utf-8")
 
 
 def test_a_long_clip_is_played_in_part(folder, monkeypatch):
