@@ -19,9 +19,9 @@ from abs_engine.tracking.results.run_table import time_cell
 
 GRID, TABLE = "closures.TextGrid", "measures.tsv"
 MEASURES = (
-    "aperture", "width", "upper_protrusion", "lower_protrusion", "opening_area", "lip_area",
-    "jaw_opening", "aperture_velocity", "width_velocity", "jaw_velocity", "head_pitch",
-    "head_yaw", "head_roll",
+    "aperture", "aperture_sd", "width", "width_sd", "upper_protrusion", "lower_protrusion",
+    "opening_area", "lip_area", "jaw_opening", "aperture_velocity", "width_velocity",
+    "jaw_velocity", "head_pitch", "head_yaw", "head_roll",
 )  # fmt: skip
 _HEARD = 0.0005  # s; less is 0 in the line about it
 

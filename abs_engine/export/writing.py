@@ -22,6 +22,13 @@ from abs_engine.tracking.results.smoothing import Smoothing
 from abs_engine.tracking.run_in_memory import Run
 from abs_engine.tracking.runs.record import TABLE
 
+_INSTEAD = {
+    "csv": f"use {TABLE} of the run itself",
+    "textgrid": "use praat, which writes a TextGrid",
+    "elan": "use praat, whose TextGrid ELAN imports",
+}
+"""Advice about formats that another name, or the run itself, stands for."""
+
 
 def export_run(
     run: Path | str | Run,
@@ -65,8 +72,8 @@ def export_run(
     """
     check_kind("the format", to, TEXT)
     if to not in EXPORTERS:
-        own = f"use {TABLE} of the run itself" if to == "csv" else nearest(to, EXPORTERS)
-        raise ParameterError(f"there is no format '{to}'", own)
+        instead = _INSTEAD.get(to.lower()) or nearest(to, EXPORTERS)
+        raise ParameterError(f"there is no format '{to}'", instead)
     exporter: Exporter = EXPORTERS.get(to)
     output = check_free(to_path("output", output), exporter.suffix)
     smoothing = None if smooth is None else Smoothing.named(smooth)

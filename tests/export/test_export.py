@@ -326,6 +326,17 @@ def test_praat_itself_reads_the_closures(folder, run, tmp_path):
     assert parselmouth.praat.call(table, "Get value", LOST + 1, "aperture") == "--undefined--"
 
 
+def test_the_measures_for_praat_have_their_deviations(folder, tmp_path):
+    sure = tmp_path / "sure"
+    shutil.copytree(folder, sure)
+    arrays = dict(np.load(folder / "results.npz"))
+    deviations = {"aperture_sd": np.arange(len(POSTURES)) / 4}
+    np.savez(sure / "results.npz", **arrays | deviations)
+    table = pd.read_csv(exported(sure, "praat", tmp_path) / "measures.tsv", sep="\t")
+    np.testing.assert_allclose(table["aperture_sd"], deviations["aperture_sd"])
+    assert "width_sd" in table
+
+
 def test_older_runs_are_exported_or_refused_in_a_line(folder, tmp_path):
     old = tmp_path / "old"
     shutil.copytree(folder, old)
@@ -578,6 +589,9 @@ def test_an_exporter_of_one_s_own_that_fails_is_named(
 def test_the_table_that_a_run_has_is_named_unless_a_plugin_exports_one(folder, tmp_path, request):
     with pytest.raises(ParameterError, match=r"no format 'csv'; use results\.csv of the run"):
         export_run(folder, "csv", tmp_path / "out.csv")
+    for name in ("TextGrid", "elan"):
+        with pytest.raises(ParameterError, match=f"no format '{name}'; use praat, "):
+            export_run(folder, name, tmp_path / "out")
     with pytest.raises(ParameterError, match="no format 'svg'; choose one of arkit"):
         export_run(folder, "svg", tmp_path / "out.svg")
     EXPORTERS.add("csv", Exporter("own", lambda _, path: path.write_text("x") and (), ".csv"))
