@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 import cv2
 import numpy as np
@@ -82,11 +83,20 @@ def _pattern(picture: Image) -> FloatArray | None:
     cells = cells.mean(axis=2, dtype=np.float64)
     if float(cells.std()) < DETECTION.plain:
         return None
-    across = np.linspace(-1.0, 1.0, DETECTION.cut_cells)
-    plane = np.stack([np.ones(cells.size), *(axis.ravel() for axis in np.meshgrid(across, across))])
+    planes, fitted = _planes(DETECTION.cut_cells)
     bright = np.log(cells.ravel() + DETECTION.cut_dark)
-    left = bright - plane.T @ (np.linalg.pinv(plane.T) @ bright)
+    left = bright - planes @ (fitted @ bright)
     return np.asarray(left / max(float(left.std()), 1e-9))
+
+
+@cache
+def _planes(count: int) -> tuple[FloatArray, FloatArray]:
+    """Planes (N, 3) over a square of so many cells a side, and their pseudoinverse (3, N)."""
+    across = np.linspace(-1.0, 1.0, count)
+    planes = np.stack(
+        [np.ones(count**2), *(axis.ravel() for axis in np.meshgrid(across, across))]
+    ).T
+    return planes, np.asarray(np.linalg.pinv(planes), np.float64)
 
 
 def _changed(before: FloatArray, now: FloatArray) -> float:

@@ -109,11 +109,14 @@ class MouthView:
     window: Window
     turns: int
 
-    def of(self, image: Image, result: FrameResult | None = None) -> Image:
-        """The part of a frame (H, W, 3); with the contours of a result, if one is given."""
-        picture = cut(self.window, image)
-        if result is not None:
-            self.drawing.draw(picture, self.window, result)
+    def of(self, image: Image, result: FrameResult) -> tuple[Image, Image]:
+        """The part of a frame (H, W, 3) as it is, and with the contours of a result."""
+        plain = cut(self.window, image)
+        drawn = plain.copy()
+        self.drawing.draw(drawn, self.window, result)
+        return self._upright(plain), self._upright(drawn)
+
+    def _upright(self, picture: Image) -> Image:
         return np.ascontiguousarray(np.rot90(picture, self.turns))
 
 

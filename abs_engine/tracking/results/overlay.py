@@ -148,7 +148,7 @@ class Painter:
         panel = np.zeros((self._frame[1], PANEL_WIDTH, 3), np.uint8)
         if self._panel is None:
             return panel
-        plain, drawn = self._panel.of(image), self._panel.of(image, result)
+        plain, drawn = self._panel.of(image, result)
         for line, (name, colour) in enumerate(LEGEND if result.found else ()):
             write_text(drawn, name, (8, 18 + 16 * line), colour, 0.4)
         height = self._crop[1]

@@ -65,7 +65,7 @@ class ContactSheet:
         if result.pose is None:
             write_text(tile, f"#{result.index}   {result.status}", at, LOST)
             return tile
-        tile[:height] = self._drawing.view(result.pose, TILE, ACROSS).of(image, result)
+        _, tile[:height] = self._drawing.view(result.pose, TILE, ACROSS).of(image, result)
         if not result.found:
             write_text(tile, f"#{result.index}   {result.status}", at, LOST)
             return tile

@@ -64,7 +64,7 @@ def test_a_mouth_on_its_side_is_shown_upright(drawing, quarters):
     turned = Pose(roll @ result.pose.rotation, roll @ result.pose.translation)
     black = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
     upright, rolled = (
-        drawing.view(pose, (240, 176), 1.7).of(black, replace(result, pose=pose))
+        drawing.view(pose, (240, 176), 1.7).of(black, replace(result, pose=pose))[1]
         for pose in (result.pose, turned)
     )
     assert rolled.shape == upright.shape
