@@ -142,8 +142,9 @@ class Speaker:
             identity=np.asarray(self.identity * factor, np.float16),
         )
 
-    def texture(self, person: str) -> NDArray[np.uint8]:
-        """The painted texture of a person, (H, W, 3) uint8 RGB."""
+    def texture(self, person: str | None = None) -> NDArray[np.uint8]:
+        """The painted texture of a person, by default the first, (H, W, 3) uint8 RGB."""
+        person = person or next(iter(self.people))
         if self.own_texture is not None:
             return self.looks.get(person, self.own_texture)
         return read_image(self.folder / f"texture_{person}.jpg")

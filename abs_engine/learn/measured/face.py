@@ -52,7 +52,7 @@ def measured_face(speaker: Speaker, built: Build) -> MeasuredFace:
     nearest = head.places.weights.argmax(axis=1)
     vertices = head.places.corners[np.arange(len(nearest)), nearest].astype(np.int64)
     at_rest = built.alpha[built.corpus.visemes.index(REST)]
-    texture = speaker.texture(next(iter(speaker.people)))
+    texture = speaker.texture()
     shape = shape_of(speaker, built, mean, modes, head.frame, vertices, at_rest, texture)
     return MeasuredFace(head, shape, neutral, smooth)
 

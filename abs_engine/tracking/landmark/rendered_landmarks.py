@@ -142,7 +142,7 @@ def correspondence_of(speaker: Speaker, renderer: Renderer) -> Correspondence:
     beside = load_correspondence(speaker)
     if beside is not None:
         return beside
-    texture = speaker.texture(next(iter(speaker.people)))
+    texture = speaker.texture()
     vertices = speaker.vertices.astype(np.float64)
     found = learn_correspondence(speaker, list(sightings_of(speaker, vertices, texture, renderer)))
     usual = load_correspondence(load_speaker())

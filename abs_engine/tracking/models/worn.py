@@ -171,7 +171,7 @@ def fitted_clip(
     """A clip with a head fitted to some of its frames."""
     scale = pupil_scale(options.pupil_distance)
     sized = speaker.scaled(scale.pupils / pupil_distance(speaker, speaker.vertices))
-    texture = speaker.texture(next(iter(speaker.people)))
+    texture = speaker.texture()
     whole = build_mouth_model(sized, sized.vertices, texture)
     model, regions = sided(whole)
     head = WornHead(model, regions, clip.camera, renderer)

@@ -166,7 +166,7 @@ class SpeakerFace:
         The face is made of the head `speaker`, with its landmarks' correspondence.
         """
         sized = speaker.scaled(self.scale.pupils / pupil_distance(speaker, speaker.vertices))
-        texture = speaker.texture(next(iter(speaker.people)))
+        texture = speaker.texture()
         model = build_mouth_model(
             sized, self.neutral, texture, free_person=False, expression=self.expression
         )

@@ -33,7 +33,7 @@ def can_look(speaker: Speaker) -> bool:
 
 def compared(face: SpeakerFace, speaker: Speaker) -> ComparedHead:
     """Parts of a face's head that are compared by texture and local appearance."""
-    texture = speaker.texture(next(iter(speaker.people)))
+    texture = speaker.texture()
     classes = speaker.facet_class.astype(np.int32)
     mean, modes = face.expression.mean, face.expression.modes
     whole = Scene(mean, modes, speaker.faces, speaker.uv, classes, texture)

@@ -147,7 +147,7 @@ def mouth_model(speaker: Speaker, person: str | None, physics: Path | None = Non
         If `physics` cannot be read, or was learned on another speaker.
     """
     neutral = speaker.vertices if person is None else speaker.named(person)
-    texture = speaker.texture(person or next(iter(speaker.people)))
+    texture = speaker.texture(person)
     expression = None if physics is None else physics_expression(speaker, neutral, physics)
     return build_mouth_model(
         speaker, neutral, texture, free_person=person is None, expression=expression

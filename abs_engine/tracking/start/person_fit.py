@@ -188,7 +188,7 @@ def _fitted(
     seen = in_threads(lambda one: seen_in(*one), turned)
     head = average.fitted(seen, camera, renderer)
     model = build_mouth_model(
-        head.speaker, head.neutral, speaker.texture(next(iter(speaker.people))),
+        head.speaker, head.neutral, speaker.texture(),
         free_person=not average.known, expression=head.expression,
         person_spread=PREPARATION.person_spread,
     )  # fmt: skip
