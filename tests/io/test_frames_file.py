@@ -40,6 +40,13 @@ def test_frames_are_shown_at_their_times(tmp_path):
         (NOISE, "25", None, "the rate is '25'"),
         (NOISE, 25, [0, 0.1, 0.1, 0.2, 0.3], "the times do not increase"),
         (NOISE, 25, [0, 0.1, float("nan"), 0.2, 0.3], "the times do not increase"),
+        (NOISE, 25, [0, 0.1, 0.2, 0.3, float("inf")], "two frames are inf s apart; give seconds"),
+        (NOISE, 25, [0, 4e7, 8e7, 1.2e8, 1.6e8], "two frames are 4e+07 s apart"),  # nanoseconds
+        (NOISE, 25, [0, 1e-9, 1, 2, 3], "two frames are 1e-09 s apart"),
+        (NOISE, 25, list("abcde"), "the times are not numbers; give seconds"),
+        (NOISE, 1e-9, None, "the rate is 1e-09; give frames per second"),
+        (NOISE, 1e12, None, "the rate is 1000000000000.0"),
+        ([np.zeros((1, 17000, 3), np.uint8)], 25, None, "frame 0 is 17000 x 1, more than a video"),
         (NOISE, 25, [0, 0.1, 0.2, 0.3], "4 times were given for another number of frames"),
         (NOISE, 25, np.arange(6), "6 times were given for another number of frames"),
     ],

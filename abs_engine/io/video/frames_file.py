@@ -8,10 +8,15 @@ from os import PathLike
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import to_path
 from abs_engine.io.files import check_free, write_new
+from abs_engine.io.pictures import MOST_PIXELS
 from abs_engine.io.video.writer import Frame, film_bytes
+
+_RATES = 1e-3, 1e4  # Hz; an MP4 would hold other times where frames are closer or further apart
+_WIDEST = 1 << 14  # px, of x264
 
 
 def write_video(
@@ -47,13 +52,27 @@ def write_video(
     >>> run = abs_engine.track("talk.mp4")  # doctest: +SKIP
     """
     place = check_free(to_path("path", path), ".mp4")
-    if not isinstance(rate, (int, float, np.number)) or not 0 < rate < np.inf:
+    if not isinstance(rate, (int, float, np.number)) or not _RATES[0] <= rate <= _RATES[1]:
         raise ParameterError(f"the rate is {rate!r}", "give frames per second, such as 25")
-    shown = None if times is None else np.asarray(times, np.float64)
-    if shown is not None and (shown.ndim != 1 or not (np.diff(shown) > 0).all()):
-        raise ParameterError("the times do not increase", "give seconds, one for each frame")
+    shown = None if times is None else _seconds(times)
     count = None if shown is None else len(shown)
     write_new(place, film_bytes(_checked(frames, count), float(rate), 0, shown))
+
+
+def _seconds(times: ArrayLike) -> FloatArray:
+    """The times (T,) as numbers; else `ParameterError`."""
+    remedy = "give seconds, one for each frame"
+    try:
+        shown = np.asarray(times, np.float64)
+    except (TypeError, ValueError) as error:
+        raise ParameterError("the times are not numbers", remedy) from error
+    gaps = np.diff(shown) if shown.ndim == 1 else np.zeros(1)
+    if not (gaps > 0).all():
+        raise ParameterError("the times do not increase", remedy)
+    for gap in (gaps.min(initial=1), gaps.max(initial=1)):
+        if not _RATES[0] <= 1 / gap <= _RATES[1]:
+            raise ParameterError(f"two frames are {gap:g} s apart", remedy)
+    return shown
 
 
 def _checked(frames: Iterable[NDArray[np.uint8]], count: int | None) -> Iterator[Frame]:
@@ -65,6 +84,11 @@ def _checked(frames: Iterable[NDArray[np.uint8]], count: int | None) -> Iterator
             raise ParameterError(
                 f"frame {number - 1} is {kind} of the shape {shape}",
                 "give uint8 RGB of the shape (height, width, 3)",
+            )
+        if max(shape) > _WIDEST or shape[0] * shape[1] > MOST_PIXELS:
+            raise ParameterError(
+                f"frame {number - 1} is {shape[1]} x {shape[0]}, more than a video can be",
+                "make the frames smaller, or cut the face out",
             )
         first = first or shape
         if shape != first:
