@@ -22,6 +22,8 @@ from abs_engine.core.settings import GENERAL
 
 WIDEST_SIDE = 1 << 15
 """px: no picture is wider or higher."""
+_FIXED = [0, 1, 2, 2, 2], [1, 0, 0, 1, 2]
+"""Elements of a matrix that are the same for all cameras: no skew, as in OpenCV."""
 _CONVERGED = cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12
 
 
@@ -32,7 +34,7 @@ class Camera:
     Parameters
     ----------
     matrix : (3, 3) float64
-        Intrinsics in pixels: focal lengths, principal point.
+        Intrinsics in pixels: [[fx, 0, cx], [0, fy, cy], [0, 0, 1]].
     size : tuple of int
         Width and height of the whole image in pixels.
     distortion : (8,) float64, optional
@@ -43,9 +45,9 @@ class Camera:
     Raises
     ------
     ParameterError
-        If a value is not finite or of another kind, a focal length or the size is not positive, the
-        picture is wider than any, the depths are no range, or the distortion has more than eight
-        coefficients.
+        If a value is not finite or of another kind, the matrix is transposed, scaled or has skew, a
+        focal length or the size is not positive, the picture is wider than any, the depths are no
+        range, or the distortion has more than eight coefficients.
     """
 
     matrix: FloatArray
@@ -57,7 +59,8 @@ class Camera:
     def __post_init__(self) -> None:
         try:
             matrix = np.array(self.matrix, np.float64).reshape(3, 3)
-            given = np.asarray(self.distortion, np.float64).ravel()
+            lens = () if self.distortion is None else self.distortion
+            given = np.asarray(lens, np.float64).ravel()
         except (TypeError, ValueError) as error:
             raise ParameterError(
                 "a camera is a 3x3 matrix and at most eight numbers of distortion",
@@ -83,6 +86,11 @@ class Camera:
             )
         if matrix[0, 0] <= 0 or matrix[1, 1] <= 0:
             raise ParameterError("focal lengths must be positive", "check the calibration file")
+        if not np.allclose(matrix[_FIXED], [0, 0, 0, 0, 1], rtol=0, atol=1e-6):
+            raise ParameterError(
+                f"the camera's matrix is {matrix.tolist()}",
+                "give [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], without skew and not transposed",
+            )
         object.__setattr__(self, "matrix", matrix)
         object.__setattr__(self, "distortion", distortion)
         object.__setattr__(self, "size", size)
@@ -218,12 +226,7 @@ def _clip_matrix(camera: Camera, window: Window) -> FloatArray:
     k, n, f = camera.matrix, camera.near, camera.far
     shift_x, shift_y = 0.5 - window.x, 0.5 - window.y
     rows = [
-        [
-            2 * s * k[0, 0] / width,
-            2 * s * k[0, 1] / width,
-            2 * s * (k[0, 2] + shift_x) / width - 1,
-            0,
-        ],
+        [2 * s * k[0, 0] / width, 0, 2 * s * (k[0, 2] + shift_x) / width - 1, 0],
         [0, 2 * s * k[1, 1] / height, 2 * s * (k[1, 2] + shift_y) / height - 1, 0],
         [0, 0, (f + n) / (f - n), -2 * f * n / (f - n)],
         [0, 0, 1, 0],

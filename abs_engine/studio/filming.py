@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import FACING, Pose, pose_vectors
 from abs_engine.core.kinds import check_kind, is_of, to_path
 from abs_engine.core.provenance import code_digest
@@ -96,8 +95,6 @@ def plan_of(
         If the camera cannot film it.
     """
     check_size(camera.size)
-    if camera.matrix[0, 1]:
-        raise ParameterError("the studio has no skew", "film with a camera without skew")
     neutral = speaker.named(sequence.person)
     stands = Pose(FACING, np.zeros(3))
     heads = [

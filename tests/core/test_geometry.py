@@ -175,6 +175,10 @@ def test_clip_coordinates_land_on_the_windows_pixels(window):
         {"size": (0, 480)},
         {"near": 0.0},
         {"matrix": np.eye(2)},
+        {"matrix": np.array([[500.0, 0, 0], [0, 500, 0], [320, 240, 1]])},  # transposed
+        {"matrix": 2 * np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]])},
+        {"matrix": np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, -1]])},  # of OpenGL
+        {"matrix": np.array([[500.0, 3, 320], [0, 500, 240], [0, 0, 1]])},  # skew
         {"matrix": "a"},
         {"distortion": "a"},
         {"size": (512, 512, 3)},
@@ -220,6 +224,7 @@ def test_poses_and_cameras_keep_what_they_were_made_of():
 
 
 def test_zero_thin_prism_coefficients_are_no_distortion():
+    assert not Camera(np.diag([500.0, 500, 1]), (64, 64), None).distorted
     assert not Camera(np.diag([500.0, 500, 1]), (64, 64), np.zeros(14)).distorted
 
 
