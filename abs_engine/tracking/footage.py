@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from abs_engine.core.camera import Camera
 from abs_engine.io.video import VideoInfo
 
+_CENTRED = 0.2  # of a side: a lens's axis lies nearer to the middle unless the picture was cut out
 _HEARD = 0.04  # seconds; a shorter gap between sound and pictures is not mentioned
 
 
-def footage_lines(info: VideoInfo) -> list[str]:
-    """Lines about a video before it is tracked; empty where nothing is unusual."""
-    lines = []
+def footage_lines(info: VideoInfo, camera: Camera | None = None) -> list[str]:
+    """Lines about a video and its camera before it is tracked; empty if nothing is unusual."""
+    lines = [] if camera is None or _central(camera) else [_axis_line(camera)]
     if info.streams > 1:
         width, height = info.size
         lines.append(
@@ -35,6 +37,20 @@ def footage_lines(info: VideoInfo) -> list[str]:
     if abs(info.sound) >= _HEARD:
         lines.append(sound_line(info.sound, "a run's times"))
     return lines
+
+
+def _central(camera: Camera) -> bool:
+    """Whether the optical axis meets the picture near its middle."""
+    sides = zip(camera.matrix[:2, 2], camera.size, strict=True)
+    return all(abs(at - (side - 1) / 2) <= _CENTRED * side for at, side in sides)
+
+
+def _axis_line(camera: Camera) -> str:
+    (x, y), (width, height) = camera.matrix[:2, 2], camera.size
+    return (
+        f"the camera's axis is at {x:.0f}, {y:.0f} in pictures of {width}x{height} pixels: unless "
+        "these are cut out of larger ones, it was calibrated at another size; scale its matrix"
+    )
 
 
 def sound_line(sound: float, times: str) -> str:

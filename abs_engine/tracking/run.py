@@ -101,7 +101,7 @@ def prepare_clip(clip: Clip, renderer: Renderer, options: TrackOptions, tell: Te
         "model_sha256": file and digest(file), "terms": list(leaves.kinds), "driver": driver,
         "preset": chosen.preset,
     }  # fmt: skip
-    remarks = [*footage_lines(clip.info), *made.remarks.splitlines()]
+    remarks = [*footage_lines(clip.info, clip.camera), *made.remarks.splitlines()]
     classes, setting = made.setting.face.appearance.get("colour"), made.setting
     if clip.colours is not None and classes is not None:
         if usable(clip.colours, classes.chromatic) is None:

@@ -16,6 +16,7 @@ from av.stream import Disposition
 from PIL import Image, ImageCms, ImageOps
 from runs import drift, turned, write_kind
 
+from abs_engine.core.camera import Camera
 from abs_engine.io.video import probe, read_frames
 from abs_engine.io.video.shown import Pictures, Turn, shown_size
 from abs_engine.tracking.footage import footage_lines
@@ -227,6 +228,15 @@ def test_a_file_that_holds_times_is_not_named(tmp_path):
     info = probe(write_kind(tmp_path / "v.mp4", "libx264", drift(10), rate=50))
     assert (info.rate, info.clock) == (50, "file")
     assert footage_lines(info) == []
+
+
+def test_a_camera_calibrated_at_another_size_is_named(tmp_path):
+    info = probe(write_kind(tmp_path / "v.mp4", "libx264", drift(2), rate=50))
+    own = Camera.ideal(info.size)
+    assert footage_lines(info, own) == []
+    for scale in (0.5, 1.5):
+        (line,) = footage_lines(info, Camera(np.diag([scale, scale, 1]) @ own.matrix, own.size))
+        assert line.endswith("calibrated at another size; scale its matrix")
 
 
 def write_two(path, default):
