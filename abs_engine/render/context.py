@@ -166,8 +166,8 @@ class GLContext:
             raise OpenGLError("the OpenGL context is closed", "open another one")
         if self._owner != (os.getpid(), threading.get_ident()):
             raise OpenGLError(
-                "the OpenGL context belongs to another thread or process",
-                "open a renderer in each process, and use it from one thread",
+                "the OpenGL of this process belongs to another thread, or to the one it was forked from",
+                "draw there, take the renderer 'cpu', or start processes by 'spawn'",
             )
         return self.native
 

@@ -154,4 +154,6 @@ def _why_not(error: OpenGLError) -> str:
     attempts = error.attempts if isinstance(error, NoOpenGLError) else ()
     if attempts and all(attempt.hidden for attempt in attempts):
         return f"OpenGL is hidden by {HIDE_VARIABLE}"
+    if not attempts:
+        return f"the CPU draws, as {error.problem}"
     return f"no OpenGL loads; to get it: {error.remedy}"

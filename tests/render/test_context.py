@@ -164,19 +164,25 @@ def test_one_context_per_process(gl):
 
 
 @pytest.mark.gl
-def test_another_thread_is_told_so(gl):
+def test_another_thread_is_told_so_or_draws_on_the_cpu(gl, caplog):
     caught: list[Exception] = []
+    drew: list[str] = []
 
     def use() -> None:
         try:
             OpenGLRenderer(gl)
         except OpenGLError as error:
             caught.append(error)
+        with open_renderer("auto") as renderer:
+            drew.append(renderer.description)
 
     thread = threading.Thread(target=use)
     thread.start()
     thread.join()
     assert "another thread" in str(caught[0])
+    assert drew[0].startswith("cpu")
+    (line,) = caplog.messages
+    assert line.startswith("the CPU draws, as the OpenGL of this process belongs to another thread")
 
 
 @pytest.mark.gl
