@@ -166,7 +166,7 @@ class GLContext:
             raise OpenGLError("the OpenGL context is closed", "open another one")
         if self._owner != (os.getpid(), threading.get_ident()):
             raise OpenGLError(
-                "the OpenGL of this process belongs to another thread, or to the one it was forked from",
+                "this process's OpenGL belongs to another thread, or to the process it was forked from",
                 "draw there, take the renderer 'cpu', or start processes by 'spawn'",
             )
         return self.native

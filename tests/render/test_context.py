@@ -182,7 +182,7 @@ def test_another_thread_is_told_so_or_draws_on_the_cpu(gl, caplog):
     assert "another thread" in str(caught[0])
     assert drew[0].startswith("cpu")
     (line,) = caplog.messages
-    assert line.startswith("the CPU draws, as the OpenGL of this process belongs to another thread")
+    assert line.startswith("the CPU draws, as this process's OpenGL belongs to another thread")
 
 
 @pytest.mark.gl
