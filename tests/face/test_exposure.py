@@ -13,7 +13,13 @@ from test_colours_by_head import painted, places
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colours_by_head import learn_placed
 from abs_engine.face.appearance.exposure import USUAL, Exposure, colourless
-from abs_engine.tracking.results.run_warnings import BURNT_OUT, NO_COLOUR, TOO_DARK, doubts
+from abs_engine.tracking.results.run_warnings import (
+    BURNT_OUT,
+    EXCHANGED,
+    NO_COLOUR,
+    TOO_DARK,
+    doubts,
+)
 
 BURNT, DARK = Exposure(0.6, 240.0), Exposure(0.0, 20.0)
 NONE = (np.zeros(20, bool), np.zeros(20, bool), {"upper_lip": 0.9})
@@ -81,6 +87,16 @@ def test_what_makes_colours_poor(worse):
 def test_a_burnt_out_face_is_warned_of_by_name():
     assert doubts(*NONE) == []
     assert doubts(*NONE, exposure=BURNT) == [BURNT_OUT.format(0.6)]
+
+
+def test_pictures_with_red_and_blue_exchanged_are_warned_of():
+    red, blue = (
+        learn_placed([painted(seed=k)[..., ::way] for k in range(3)], [places()] * 3, True)
+        for way in (1, -1)
+    )
+    assert (red.blue, blue.blue) == (False, True)
+    assert doubts(*NONE, blue=True) == [EXCHANGED]
+    assert EXCHANGED not in doubts(*NONE, blue=True, chromatic=False)
 
 
 def test_a_dark_face_is_not_called_a_video_without_colour():

@@ -83,6 +83,13 @@ class ColourClasses(Palette):
         return self.exposure.burnt or not self.chromatic or not shows_lips(self.separability)
 
     @property
+    def blue(self) -> bool:
+        """Whether the skin is more blue than red."""
+        skin = self.mixtures["skin"]
+        red, green = skin.weights @ skin.means[:, :2]
+        return bool(1 - red - green > red)
+
+    @property
     def weight(self) -> float:
         """Weight of these colours as evidence, 0 to 1.
 

@@ -30,6 +30,10 @@ TOO_DARK = (
     "the face is too dark for its colours to be seen, so skin, lips and teeth are distinguished by "
     "brightness alone; results are less exact"
 )
+EXCHANGED = (
+    "the skin is more blue than red: unless the light is blue, red and blue are exchanged, as in "
+    "pictures of OpenCV, and apertures may be off; give RGB"
+)
 BURNT_OUT = (
     "{:.0%} of the face is overexposed: lips, teeth and skin merge in white, and parted lips may "
     "come out closed; look at the overlay before you use it"
@@ -236,14 +240,18 @@ def doubts(
     chromatic: bool = True,
     exposure: Exposure = USUAL,
     small: bool = False,
+    blue: bool = False,
 ) -> list[str]:
     """Doubts that a user should know before believing a run, a line each.
 
     The frames (T,) are those `against` which landmarks speak, see `FrameResult.contradicted`, and
     those that were `held` to them; separability, agreement and chromatic are of `ColourClasses`,
-    the exposure of the face. Colours of a `small` mouth need not agree with landmarks.
+    the exposure of the face. Colours of a `small` mouth need not agree with landmarks; `blue` is
+    whether its skin is more blue than red.
     """
     lines = [] if chromatic else [TOO_DARK if exposure.dark else NO_COLOUR]
+    if blue and chromatic:
+        lines.append(EXCHANGED)
     if exposure.burnt:
         lines.append(BURNT_OUT.format(exposure.saturated))
     if separability and np.mean(list(separability.values())) < DOUBTS.least_separability:

@@ -129,7 +129,10 @@ def _by_landmarks(
     apart, agreement = classes.separability, classes.agreement
     names = set(arrays["term_names"].tolist())
     if "colour" in names or names.isdisjoint(LOOKS):
-        told = doubts(against, held, apart, agreement, classes.chromatic, classes.exposure, small)
+        told = doubts(
+            against, held, apart, agreement, classes.chromatic, classes.exposure, small,
+            classes.blue,
+        )  # fmt: skip
     else:
         told = doubts(against, held, {})
     return {
