@@ -257,6 +257,11 @@ class Window:
     def __post_init__(self) -> None:
         if not (self.width > 0 and self.height > 0 and self.scale > 0):
             raise ParameterError(f"the window {self} is empty", "give a positive size and scale")
+        if not max(self.width, self.height) * self.scale <= WIDEST_SIDE:
+            raise ParameterError(
+                f"the window {self} has a side of more than {WIDEST_SIDE} drawn pixels",
+                "give a smaller size or scale",
+            )
 
     @property
     def drawn(self) -> tuple[int, int]:

@@ -172,6 +172,7 @@ class OpenGLRenderer:
                 ctx.cull_face = "back"
                 yield
             except moderngl.Error as error:
+                _ = ctx.error  # which would be that of the next drawing
                 raise _failed(" ".join(str(error).split())) from error
             found = ctx.error
             if found != "GL_NO_ERROR":
@@ -179,4 +180,6 @@ class OpenGLRenderer:
 
 
 def _failed(said: str) -> OpenGLError:
-    return OpenGLError(f"OpenGL failed ({said})", "free the GPU, or draw with --renderer cpu")
+    return OpenGLError(
+        f"OpenGL failed ({said})", "free the GPU, draw smaller windows, or use --renderer cpu"
+    )

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import ParameterError
 from abs_engine.core.lens import unfolded
 
 SIZE, CENTRE = (1280, 720), (639.5, 359.5)
@@ -111,3 +112,11 @@ def test_a_lens_that_does_not_turn_back_reaches_as_far_as_ever(focal, distortion
 def test_a_lens_is_used_up_to_where_it_turns_back(distortion, most, turns):
     assert unfolded(np.array(distortion), most) == pytest.approx(turns, rel=0.04)
     assert np.isnan(unfolded(np.array(distortion), np.nan))
+
+
+@pytest.mark.parametrize("size", [(40_000, 10), (10, 1e9), (np.inf, 10)])
+def test_a_window_larger_than_any_picture_is_refused(size):
+    with pytest.raises(ParameterError, match="more than 32768 drawn pixels"):
+        Window(0, 0, *size)
+    with pytest.raises(ParameterError, match="give a smaller size or scale"):
+        Window(0, 0, 40, 10, 1000.0)

@@ -227,6 +227,7 @@ def test_an_error_of_opengl_is_not_taken_for_an_empty_picture(renderer, monkeypa
         return draw(*given)
 
     def full(*_):
+        renderer.gl.ctx.enable_direct(0xFFFF)
         raise moderngl.Error("out of\nmemory")
 
     for failing, said in ((broken, "GL_INVALID_ENUM"), (full, "out of memory")):
