@@ -67,7 +67,7 @@ class Program(click.Group):
 
 PROGRAM = Program(
     NAME,
-    help="Recovers 3D face and lip motion from video: it renders and compares.",
+    help="Recovers 3D face and lip motion from video, by rendering and comparing.",
     epilog=_NOTES,
     subcommand_metavar="COMMAND ...",
     context_settings={"max_content_width": WIDTH, "help_option_names": ["--help", "-h"]},

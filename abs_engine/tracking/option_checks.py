@@ -122,7 +122,7 @@ def _check_taken(model: Model, options: TrackOptions, name: str) -> None:
     """Raise `ParameterError` for an option that does nothing for a model."""
     if options.start is not None and options.start not in model.starts:
         raise ParameterError(
-            f"the model '{name}' is not found from {options.start}", "leave out --start"
+            f"the model '{name}' does not start from {options.start}", "leave out --start"
         )
     for option in model.without:
         if getattr(options, option) != getattr(DEFAULTS, option):

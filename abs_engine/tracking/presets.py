@@ -139,7 +139,7 @@ def _file(name: str) -> Path | None:
     path = Path(name)
     if path.suffix or len(path.parts) > 1:
         return path
-    raise ParameterError(f"there is no model '{name}', nor is it a file", nearest(name, MODELS))
+    raise ParameterError(f"there is no model or file '{name}'", nearest(name, MODELS))
 
 
 def model_of_file(path: Path) -> str:

@@ -38,8 +38,8 @@ from abs_engine.tracking.runs.record import Record
 from abs_engine.tracking.settings.stages import stage_values
 
 DISCARDED = (
-    "what an interrupted command with other options, of another video or by another release had "
-    "kept is discarded"
+    "what an interrupted command had kept is discarded: it had other options, another video or "
+    "another release"
 )
 
 

@@ -128,7 +128,7 @@ def test_paths_of_settings_lead_there_from_where_a_link_to_the_folder_leads(sett
 def test_a_path_that_is_no_utf_8_cannot_be_a_setting(settings, tmp_path, capsys):
     (tmp_path / "c\udcff.json").write_text("{}")
     words = ["--camera", str(tmp_path / "c\udcff.json")]
-    with pytest.raises(ParameterError, match=r"c.\.json is no UTF-8, and settings.toml cannot"):
+    with pytest.raises(ParameterError, match=r"c.\.json is not UTF-8, and settings.toml cannot"):
         settings_text(track, given(*words), tmp_path / "run")
 
 
@@ -173,8 +173,8 @@ def test_settings_of_a_session_that_played_a_file_are_those_of_a_camera_too(
         ("camera = 3", "3 does not exist"),
         ("face = 2.7", "'--face'"),
         ('pupil-distance = "wide"', "'--pupil-distance'"),
-        ('driver = ["newton", "simplex"]', "more than a value for 'driver'"),
-        ("[model]\na = 1", "more than a value for 'model'"),
+        ('driver = ["newton", "simplex"]', "more than one value for 'driver'"),
+        ("[model]\na = 1", "more than one value for 'model'"),
         ("mouth = 3", "'--mouth'"),
         ("face = ", "is not TOML"),
     ],

@@ -84,7 +84,7 @@ def test_an_installed_entry_that_fails_is_named_and_the_rest_works(monkeypatch):
     ("options", "said"),
     [
         ({"preset": "basu98"}, "no preset 'basu98'; did you mean 'basu1998'"),
-        ({"model": "shel"}, "no model 'shel', nor is it a file; did you mean 'shell'"),
+        ({"model": "shel"}, "no model or file 'shel'; did you mean 'shell'"),
         ({"terms": ("colur",)}, "no term 'colur'; did you mean 'colour'"),
         ({"driver": "simplx"}, "no driver 'simplx'; did you mean 'simplex'"),
         ({"terms": "+"}, "no evidence is named; choose one of colour"),
@@ -149,7 +149,7 @@ def test_an_entry_of_another_kind_is_named(registry, entry, lacks):
         ({"model": "talking", "evidence": "landmarks"}, "--evidence does nothing for the model"),
         ({"model": "talking", "physics": Path("lips.npz")}, "--physics does nothing for the model"),
         ({"model": "talking", "face": 2}, "has no effect with --model"),
-        ({"preset": "odisio2004", "start": "landmarks"}, "is not found from landmarks"),
+        ({"preset": "odisio2004", "start": "landmarks"}, "does not start from landmarks"),
     ],
 )
 def test_an_option_that_would_do_nothing_is_refused(options, said):

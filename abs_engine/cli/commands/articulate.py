@@ -83,12 +83,12 @@ example.
     take.file("--predictors",
         "definitions of the parameters (default: Odisio and Bailly's)"),
     take.file("--model",
-        "build no model, but write the parameters of each frame of CORPUS by this "
-        "model.npz as a CSV; of the table only the upper teeth matter"),
+        "build no model, but write a CSV of this model.npz's parameters in each frame of CORPUS; "
+        "of the table, only the upper teeth matter"),
     take.option("--face", type=take.PATH, metavar="FILE",
         text="also make a face of the corpus, for 'track --model'"),
     take.file("--pictures", metavar="TABLE",
-        text="pictures of the visemes, which the face's appearance is learned from; see below"),
+        text="pictures of the visemes, from which the face's appearance is learned; see below"),
     take.file("--camera", "camera.json of the pictures' calibration"),
     take.option("--missing", type=take.Choice(("refuse", "drop", "impute")),
         text="points missing in some visemes: an error, left out, or filled in from the model of "

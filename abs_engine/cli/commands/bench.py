@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     take.option("--json", type=take.PATH, metavar="FILE", is_flag=False, flag_value="-",
         text="also write the results to this file, as JSON; without FILE, print only the JSON"),
     take.option("--rounds", type=take.count, metavar="N",
-        text="repetitions of each way (default: 50; 3 with --clip)"),
+        text="repetitions of each measurement (default: 50; 3 with --clip)"),
     take.file("--clip", metavar="VIDEO",
         text="time the tracking of this video instead of one evaluation"),
     take.file("--peer-python", metavar="PYTHON", type=take.PATH,

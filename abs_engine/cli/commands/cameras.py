@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from abs_engine.learn.reconstruction import CameraGain
 
 _NOTES = """\
-A yaw is in degrees to the subject's left of the face: 0 is frontal, 90 the left profile. The table
-says under "remains" which RMS error to expect at a node of the lips, from the variance of the modes
-that the camera leaves open.
+A yaw is in degrees towards the subject's left: 0 is frontal, 90 the left profile. The column
+"remains" is the RMS error to expect at a node of the lips, from the variance of the modes that the
+camera leaves undetermined.
 """
 
 

@@ -24,7 +24,7 @@ def _frames(text: str | int) -> int:
     if text == "all":
         return 0
     if not str(text).isdecimal() or int(text) < 1:
-        raise click.BadParameter(f"{text} is neither 'all' nor 1 or more")
+        raise click.BadParameter(f"{text} is neither 'all' nor a whole number above 0")
     return int(text)
 
 
@@ -33,14 +33,14 @@ def _frames(text: str | int) -> int:
     take.argument("dataset", "DATASET", "what 'synth -o' made"),
     take.option(
         "--frames", type=_frames, default=_FRAMES, metavar="N",
-        text=f"look into N frames of each view, evenly spread, or 'all' (default: {_FRAMES}); "
+        text=f"look at N frames of each view, evenly spread, or 'all' (default: {_FRAMES}); "
         "checksums, files and arrays are checked for all frames",
     ),
     examples="abs-engine check data\nabs-engine check data --frames all",
     notes="Exit status: 0 if nothing is wrong, 1 otherwise; 2 if it is not a dataset.\n",
 )  # fmt: skip
 def check(chosen: Chosen) -> Done:
-    """Look for faults in a dataset with ground truth, one finding a line."""
+    """Look for faults in a dataset with ground truth; print a line for each."""
     from abs_engine.evaluate.check import check_dataset
 
     _check_whole(chosen.dataset)

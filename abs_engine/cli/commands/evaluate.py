@@ -10,11 +10,11 @@ from abs_engine.core.errors import OutputError
 
 _FORMATS = """\
 CSV files, with the column names in the first line:
-  landmarks, a row a point    frame,point,x,y,unit, optionally time,z,space: point 0 to 67 in the
+  landmarks, a row per point  frame,point,x,y,unit, optionally time,z,space: point 0 to 67 in the
                               order of 300-W, unit px or mm, space camera (default) or head
-  landmarks, a row a frame    frame, x_0 to y_67 in px and/or X_0 to Z_67 in mm, camera coordinates;
+  landmarks, a row per frame  frame, x_0 to y_67 in px and/or X_0 to Z_67 in mm, camera coordinates;
                               optionally timestamp, success, pose_Tx to pose_Rz (as OpenFace 2)
-  ARKit, a row a frame        the 52 face units; optionally Timecode, HeadYaw, HeadPitch, HeadRoll
+  ARKit, a row per frame      the 52 face units; optionally Timecode, HeadYaw, HeadPitch, HeadRoll
                               (as Live Link Face)
 Every frame of the clip must be there, counted from 0 or 1; cells of lost frames are empty.
 Numbers in brackets are 95 % confidence intervals.

@@ -37,10 +37,10 @@ def _loss_lines(lost: Sequence[Loss]) -> Iterator[str]:
     take.argument("run", "RUN", text="what 'track -o' made"),
     take.option("--to", "to", metavar="NAME", type=take.Named(EXPORTERS), required=True,
         text="the format; see below"),
-    take.output("PATH", "the file, or the folder of formats that are several files"),
+    take.output("PATH", "the file, or the folder if the format has several files"),
     take.option("--smooth", metavar="FILTER:N",
-        text="smooth by butterworth:HZ, a cutoff, or savitzky-golay:FRAMES, a window, before "
-        "writing (default: nothing is smoothed)"),
+        text="smooth before writing, by butterworth:HZ (the cutoff) or savitzky-golay:FRAMES "
+        "(the window) (default: nothing is smoothed)"),
     take.file("--speaker", text="head.npz that it was tracked with (default: the bundled head)"),
     take.file("--plugin", multiple=True, metavar="FILE.py",
         text="Python file that adds formats of your own; may be repeated"),

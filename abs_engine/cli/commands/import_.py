@@ -92,7 +92,7 @@ def report(made: ImportedHead) -> list[str]:
         )
     if made.exchanged:
         lines.append(
-            "left and right were exchanged, as names have them as a viewer sees them: "
+            "left and right were exchanged, as the names give them as a viewer sees them: "
             f"{listed(made.exchanged)}"
         )
     if made.twice:

@@ -34,7 +34,7 @@ _LEARN, _LOOK = 2.0, 0.2  # seconds of a stranger, and of a face that is known
 _TOGETHER = 1.0  # seconds in which several signals are one request: `timeout` sends two
 _NOTES = """\
 Each line on stdout is a frame: names and units as in results.csv of a run, null where a number is
-not known; delay_ms since the frame was taken; dropped, frames that were not tracked so far.
+not known; delay_ms, the time since the frame was taken; dropped, the frames not tracked so far.
 Ctrl-C ends the session, and the run is written.
 """
 

@@ -10,12 +10,12 @@ from abs_engine.io.files import check_free
 
 _NOTES = """\
 LABELS is a CSV file with a row for each labelled frame, of any number of videos and speakers:
-  video   path of the video, from the file's folder
+  video   path of the video, relative to the file's folder
   frame   counted from 0
   left_x left_y right_x right_y             corners of the mouth, on the picture's left and right
   upper_left_x upper_left_y upper_x upper_y upper_right_x upper_right_y      upper inner lip
   lower_left_x lower_left_y lower_x lower_y lower_right_x lower_right_y      lower inner lip
-in pixels, whose centres are at integers. Where lips are closed, the upper and lower points are one.
+in pixels, whose centres are at integers. Where lips are closed, upper and lower points coincide.
 """
 
 
@@ -24,7 +24,7 @@ in pixels, whose centres are at integers. Where lips are closed, the upper and l
     take.argument("labels", "LABELS", "a CSV file of points on the inner lips, see below",
         type=take.INPUT),
     take.output("FILE", "what mouths look like in close-ups, for 'track --worn --model'"),
-    take.seed("what is learned from, and of its order"),
+    take.seed("the choice of pixels to learn from, and of their order"),
     examples="abs-engine mouths labels.csv -o mouths.face\n"
     "abs-engine track close-up.avi -o tracked --worn --model mouths.face",
     notes=_NOTES,

@@ -61,7 +61,7 @@ def _unit(text: str) -> tuple[str, float]:
         take.option("--weight", type=take.number, default=1.0, metavar="WEIGHT",
             text="weight of the face unit in postures (default: 1)"),
         take.option("--modes", type=take.count, metavar="N",
-            text="show so many modes of the mouth's shape model, or of RUN's head"),
+            text="show N modes of the mouth's shape model, or of RUN's head"),
         take.file("--video", "the run's video, if it has moved"),
         take.file("--values", ".npy or .npz, one number for each vertex"),
     ),

@@ -115,7 +115,7 @@ def _check_options(chosen: Chosen) -> None:
         if source(name) is ParameterSource.COMMANDLINE:
             raise ParameterError(f"--{name} is for 001", "leave it out")
     if chosen.quick and chosen.twins:
-        raise ParameterError("--quick tracks its sentences by all models", "leave out --twins")
+        raise ParameterError("--quick tracks its sentences with all models", "leave out --twins")
     if chosen.sentences and chosen.twins and chosen.twins > chosen.sentences:
         raise ParameterError(
             f"--twins {chosen.twins} is more than --sentences {chosen.sentences}",

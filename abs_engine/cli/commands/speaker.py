@@ -32,8 +32,8 @@ _FEWEST, _SHORTEST = 5, 15.0  # recordings and seconds in all: the fewest that w
         nargs=-1, required=True, type=take.INPUT),
     take.output("FILE", "the face, for 'track --model'"),
     take.option("--rounds", type=take.count, default=2, metavar="N",
-        text="how many times to learn it, each time from what the face before found; the face that "
-        "best explains the frames left out is kept (default: 2)"),
+        text="how many times to learn it, each time from what the last face found; the one that "
+        "best explains the left-out frames is kept (default: 2)"),
     take.option("--pupil-distance", type=take.number, metavar="MM",
         text="distance between the person's pupils; sets the scale (default: 63.4, adults' mean)"),
     take.file("--speaker", "head.npz of another head"),

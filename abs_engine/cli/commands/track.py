@@ -113,8 +113,8 @@ def _needs() -> Iterator[str]:
     *take.group(
         "What is written",
         take.option("--smooth", metavar="FILTER:N",
-            text="also write smoothed.csv, the measures smoothed by butterworth:HZ, a cutoff, or "
-            "savitzky-golay:FRAMES, a window (default: nothing is smoothed)"),
+            text="also write smoothed.csv, the measures smoothed by butterworth:HZ (the cutoff) or "
+            "savitzky-golay:FRAMES (the window) (default: nothing is smoothed)"),
     ),
     *take.group(
         "Many videos; a table of them is written, and one that fails stops no other",

@@ -50,8 +50,8 @@ def _runs(text: str) -> tuple[Path, ...]:
         "fewer); later ones with all 16 are for testing (default: 140)"),
     take.option("--add", many=True, type=_runs, metavar="RUN[,RUN]...",
         text="learn from runs of videos without dots, too, of this person or others; join those "
-        "of cameras that filmed the same by commas. Kept if frames that were left out are more "
-        "probable then"),
+        "of cameras that filmed the same moments by commas. What they add is kept if it makes "
+        "left-out frames more probable"),
     take.renderer(),
     examples="abs-engine train dots.npz -o lips.npz\n"
     "abs-engine train dots.npz -o lips2.npz --add run-front,run-side run-monday",

@@ -16,7 +16,7 @@ from abs_engine.core.registry import RENDERERS, Registry, nearest
 from abs_engine.io.inputs import is_there
 
 STDOUT = Path("-")
-DRAWS = "what draws; auto: OpenGL, or the CPU if none loads. cpu is the fastest for track"
+DRAWS = "what draws; auto: OpenGL, or the CPU if it does not load. cpu is the fastest for track"
 
 
 def at_home(word: str | Path) -> str:

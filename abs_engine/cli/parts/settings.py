@@ -26,7 +26,7 @@ def settings_option() -> take.Option:
     """`--settings`, read before the other options, which have precedence."""
     return take.file(
         "--settings",
-        f"options as a TOML file, such as {SETTINGS} of a run; those typed have precedence",
+        f"TOML file of options, such as {SETTINGS} of a run; those typed take precedence",
         is_eager=True,
         callback=_take,
     )
@@ -86,7 +86,7 @@ def read_settings(path: Path, command: Command) -> dict[str, Any]:
         one = known[name]
         several = value if isinstance(value, list) else [value]
         if isinstance(value, list) > (one.multiple or one.nargs > 1) or isinstance(value, dict):
-            raise ParameterError(f"{path} has more than a value for '{name}'", "give one")
+            raise ParameterError(f"{path} has more than one value for '{name}'", "give one")
         if one.is_flag and not isinstance(value, bool):
             raise ParameterError(f"{path} gives '{name}' the value {value!r}", "give true or false")
         read = [_read(str(v), one, path.parent) for v in several]
@@ -119,7 +119,7 @@ def _written(value: Any, option: take.Option, folder: Path) -> Any:
         path.encode()
     except UnicodeEncodeError as error:
         raise ParameterError(
-            f"{path} is no UTF-8, and {SETTINGS} cannot name it", "rename it"
+            f"{path} is not UTF-8, and {SETTINGS} cannot name it", "rename it"
         ) from error
     return path
 

@@ -59,8 +59,9 @@ def anew_line(frames: Sequence[int]) -> str:
 def shots_line(frames: Sequence[int]) -> str:
     """Warning that the shots which some frames begin are all learned as one person's."""
     return (
-        f"warning: another shot begins with {_numbered(frames)}: one face is learned of all shots, "
-        "also of several people; if there are several, cut the video there, and give one's parts"
+        f"warning: another shot begins with {_numbered(frames)}: one face is learned from all "
+        "shots, even of several people; if there are several, cut the video there, and give the "
+        "parts that show one of them"
     )
 
 

@@ -41,7 +41,7 @@ class GivenMotion:
         seen = tuple(p if _inside(p, camera, point) else None for p in self.given)
         if all(pose is None for pose in seen):
             raise FaceNotFoundError(
-                f"by the given poses the mouth is in the picture in no frame of {video}",
+                f"with the given poses, the mouth is outside the picture in all frames of {video}",
                 "check that they are of this video, and give the camera's calibration with "
                 "--camera",
             )

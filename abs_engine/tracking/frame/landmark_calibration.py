@@ -180,7 +180,7 @@ def calibrate_placed(
         if not learned:
             given = not np.array_equal(camera.matrix, Camera.ideal(camera.size).matrix)
             raise FaceNotFoundError(
-                "the landmarks that were seen are no face's" + given * " by the given camera",
+                "the landmarks found are not those of a face" + given * " by the given camera",
                 "give a video with a face" + given * ", and check --camera",
             )
         found = _round(head, placed, person, blur, known, chromatic)

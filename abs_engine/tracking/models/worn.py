@@ -51,7 +51,7 @@ _UNLEARNED = (
 )
 _NO_MOUTH = (
     "no mouth is seen for sure: looked for from several places, it is found elsewhere each time; "
-    "if none is in the picture, or a part alone, the lips are invented: look at the overlay"
+    "if there is none in the picture, or only a part, the lips are invented: look at the overlay"
 )
 _UPSIDE_DOWN = (
     "the mouth seems to be upside down, where its lips are not followed: turn the video by 180 "

@@ -79,12 +79,12 @@ SMALL_MOUTH = (
     "the video at its full size, or film from nearer"
 )
 CLOSE_UP = (
-    "the face reaches far beyond the picture: a close-up of the mouth, by a camera that is worn, "
-    "is for --worn"
+    "the face reaches far beyond the picture: use --worn for a close-up of the mouth by a camera "
+    "that is worn"
 )
 NO_EYES = (
-    "the eyes are outside of the picture: how large the head is follows from the rest of the face, "
-    "and all lengths may be off by about {:.0%}; film the whole face"
+    "the eyes are outside the picture: the head's size follows from the rest of the face, and all "
+    "lengths may be off by about {:.0%}; film the whole face"
 )
 UNSEEN_SKIN = "too little skin is seen to compare its shading, which is left out"
 STRETCHED = (

@@ -12,8 +12,8 @@ from abs_engine.tracking.results.other_faces import face_at
 from abs_engine.tracking.settings.doubts import DOUBTS
 
 STILL = (
-    "the face that is followed changes in no frame, neither its mouth nor its eyes: if it is a "
-    "picture of a face, --face N takes another face, and --mouth that whose mouth is in a box"
+    "nothing moves in the face that is followed, neither its mouth nor its eyes: if it is a "
+    "picture of a face, choose another with --face N, or with --mouth and a box around its mouth"
 )
 
 

@@ -154,7 +154,7 @@ def _from_npz(path: Path) -> GivenPoses:
     arrays: dict[str, NDArray[Any]] = read_arrays(path)
     if format_of(arrays) == TRUTH_FORMAT:
         raise ModelFormatError(
-            f"{path} holds the head's place in the world, not before a camera",
+            f"{path} holds the head's poses in the world, not those relative to a camera",
             "give the folder of the camera, DATASET/CLIP/CAMERA",
         )
     of_run = format_of(arrays) == FORMAT

@@ -33,8 +33,8 @@ from abs_engine.tracking.speaker.speaker_face import SpeakerFace
 from abs_engine.tracking.start.person_fit import FittedPerson, fit_person
 
 ANEW = (
-    "the face looks different here from its recordings, by light or expression: its looks, and "
-    "where landmarks lie on it, are learned from this clip"
+    "the face looks different here than in its recordings, in light or expression: its "
+    "appearance, and where landmarks lie on it, are learned from this clip"
 )
 
 

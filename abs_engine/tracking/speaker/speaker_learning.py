@@ -80,7 +80,7 @@ class Learned:
         told = [
             f"postures: {self.frames} frames; share of the variance: {shares}"
             if self.space.own
-            else f"postures: anybody's, as {self._lack}"
+            else f"postures: generic, as {self._lack}"
         ]
         if self.space.left_out:
             told.append(f"left out, below the noise: {', '.join(self.space.left_out)}")
@@ -104,7 +104,7 @@ class Learned:
         """The reason that postures are not the speaker's own."""
         if self.frames < LEARNING.least_frames:
             return (
-                f"{self.frames} frames show the mouth well; a speaker's own need "
+                f"only {self.frames} frames show the mouth well; the speaker's own need "
                 f"{LEARNING.least_frames}"
             )
         return "the speaker's own explain left-out frames clearly worse"

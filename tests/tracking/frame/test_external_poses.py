@@ -308,7 +308,7 @@ def test_poses_that_never_show_the_mouth_end_the_command(tmp_path, capsys):
     poses = write_csv(tmp_path / "poses.csv", TURNS, SHIFTS + np.array([5000.0, 0, 0]))
     words = ["track", video, "-o", tmp_path / "run", "--renderer", "cpu", "--poses", poses]
     assert main([str(w) for w in words]) == 2
-    assert "the mouth is in the picture in no frame" in capsys.readouterr().err
+    assert "the mouth is outside the picture in all frames" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
 
 

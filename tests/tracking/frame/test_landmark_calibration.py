@@ -100,7 +100,7 @@ def test_without_colour_skin_and_lips_are_not_mixed():
 @pytest.mark.parametrize(
     ("camera", "said"),
     [
-        (Camera.ideal(CAMERA.size), "no face's; give a video with a face$"),
+        (Camera.ideal(CAMERA.size), "not those of a face; give a video with a face$"),
         (Camera.ideal(CAMERA.size, 5.0), "by the given camera; .* a face, and check --camera$"),
     ],
 )

@@ -294,7 +294,7 @@ def test_what_is_said_of_a_video_comes_with_its_recording(monkeypatch, tmp_path)
     monkeypatch.setattr(speaker_learning, "prepare", lambda *_: tracker)
     one = speaker_learning.tracked(tmp_path, None, TrackOptions())
     faces, shots, interlaced, warning = one.remarks
-    assert shots.startswith("warning: another shot begins with frame 2: one face is learned of all")
+    assert shots.startswith("warning: another shot begins with frame 2: one face is learned")
     assert faces.endswith("'track --face N' follows another: give its run in place of the video")
     assert "interlaced" in interlaced
     assert warning.startswith("warning: no frame was tracked (face not found in 3)")
@@ -388,7 +388,7 @@ def test_of_too_few_frames_no_postures_are_learned_and_a_line_says_so():
     space = SimpleNamespace(own=False, left_out=(), expression=SimpleNamespace(variance=()))
     said = Learned(face, space, 199, (0.9,), 1).lines()
     assert said[0] == (
-        "postures: anybody's, as 199 frames show the mouth well; a speaker's own need 200"
+        "postures: generic, as only 199 frames show the mouth well; the speaker's own need 200"
     )
     assert said[1].endswith("left out: 90.0% in round 1; kept: round 1")
     told = Learned(face, space, 199, (0.95512, 0.9553), 2).lines()[1]
