@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import logging
 import shutil
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,9 +16,12 @@ from abs_engine.core.errors import ParameterError
 
 if TYPE_CHECKING:
     from distributed import Client, LocalCluster
+    from tornado.ioloop import IOLoop
 
 _ANSWER = "20s"
 _GONE = ("closed", "failed")
+_OURS = signal.SIGINT, signal.SIGHUP
+"""Signals that a terminal sends to all processes in it; the first one ends the others."""
 _SETTINGS = {
     "distributed.scheduler.allowed-failures": 0,  # `many` decides what is tried again
     "distributed.worker.multiprocessing-method": "spawn",
@@ -50,13 +54,15 @@ def local_workers(count: int, folder: Path) -> Iterator[Client]:
     import dask
     from distributed import Client
 
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # as it closes, too
     scratch = folder / SCRATCH
     shutil.rmtree(scratch, ignore_errors=True)  # of a command that was killed
     scratch.mkdir(exist_ok=True)
     try:
         with (
             dask.config.set({**_SETTINGS, "temporary-directory": str(scratch)}),
-            _started(count, scratch) as cluster,
+            _loop() as loop,
+            _started(count, scratch, loop) as cluster,
             Client(cluster) as client,
         ):
             yield client
@@ -64,7 +70,30 @@ def local_workers(count: int, folder: Path) -> Iterator[Client]:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
-def _started(count: int, scratch: Path) -> LocalCluster:
+@contextmanager
+def _loop() -> Iterator[IOLoop]:
+    """A loop in a thread that takes none of `_OURS`, and so do the processes started there.
+
+    Else each of them would complain of Ctrl-C and of a closed terminal.
+    """
+    from multiprocessing.resource_tracker import ensure_running
+
+    from distributed.utils import LoopRunner
+
+    runner = LoopRunner()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _OURS)
+    try:
+        runner.start()
+        ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    try:
+        yield runner.loop
+    finally:
+        runner.stop()
+
+
+def _started(count: int, scratch: Path, loop: IOLoop) -> LocalCluster:
     """A cluster; if that is interrupted, its processes end with this one, without complaints."""
     from distributed import LocalCluster
     from distributed.deploy.spec import close_clusters
@@ -77,6 +106,7 @@ def _started(count: int, scratch: Path) -> LocalCluster:
             dashboard_address="127.0.0.1:0",
             local_directory=str(scratch),
             silence_logs=logging.CRITICAL,
+            loop=loop,
         )
     except BaseException:
         atexit.unregister(close_clusters)  # which fails at one that has not started

@@ -8,6 +8,9 @@ import json
 import logging
 import os
 import shutil
+import signal
+import subprocess
+import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -501,6 +504,27 @@ def test_an_interrupt_while_workers_start_promises_what_is_there(
     assert capsys.readouterr().err.splitlines()[-1] == f"abs-engine: interrupted{kept}"
     assert runs.exists() == again
     assert left == [close_clusters, logging.CRITICAL]
+
+
+PROCESSES = """
+import sys
+from pathlib import Path
+import psutil
+from abs_engine.clips.cluster import local_workers
+with local_workers(1, Path(sys.argv[1])):
+    for process in psutil.Process().children(recursive=True):
+        lines = Path(f"/proc/{process.pid}/status").read_text().splitlines()
+        status = dict(line.split(":", 1) for line in lines)
+        print(int(status["SigBlk"], 16) | int(status["SigIgn"], 16))
+"""
+
+
+def test_processes_of_workers_leave_ctrl_c_and_a_closed_terminal_to_the_command(tmp_path):
+    words = [sys.executable, "-c", PROCESSES, str(tmp_path)]
+    heedless = list(map(int, subprocess.check_output(words, text=True).split()))
+    assert len(heedless) >= 2  # the worker, and multiprocessing's tracker of resources
+    for number in signal.SIGINT, signal.SIGHUP:
+        assert all(mask >> (number - 1) & 1 for mask in heedless)
 
 
 @pytest.mark.slow
