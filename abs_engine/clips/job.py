@@ -103,9 +103,10 @@ def run_names(videos: Sequence[Path]) -> list[str]:
                 "rename the video",
             )
         if times[name] > 1:
+            others = (v for n, v in zip(names, videos, strict=True) if n == name and v != video)
             raise ParameterError(
-                f"two clips would be tracked to '{name}', one of them {video}",
-                "track them to different folders",
+                f"{video} and {next(others)} would both be tracked to '{name}'",
+                "rename one, or track them to different folders",
             )
     return names
 

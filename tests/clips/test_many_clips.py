@@ -67,7 +67,8 @@ def test_a_name_too_long_for_files_beside_the_run_is_cut_at_a_character():
 
 @pytest.mark.parametrize("other", ["s1/a.mp4", "s1/a.avi", "old/s1/a.mp4"])
 def test_names_that_cannot_be_told_apart_are_refused(other):
-    said = "s1/a.mp4 is given twice" if other == "s1/a.mp4" else "tracked to 's1-a'"
+    twice = other == "s1/a.mp4"
+    said = f"{other} is given twice" if twice else f"a.mp4 and {other} would both be tracked to"
     with pytest.raises(ParameterError, match=said):
         run_names([Path("s1/a.mp4"), Path(other)])
 
