@@ -166,7 +166,7 @@ class GLContext:
             raise OpenGLError("the OpenGL context is closed", "open another one")
         if self._owner != (os.getpid(), threading.get_ident()):
             raise OpenGLError(
-                "this process's OpenGL belongs to another thread, or to the process it was forked from",
+                "this process's OpenGL belongs to another thread, or to its parent process",
                 "draw there, take the renderer 'cpu', or start processes by 'spawn'",
             )
         return self.native
