@@ -79,8 +79,8 @@ SMALL_MOUTH = (
     "the video at its full size, or film from nearer"
 )
 CLOSE_UP = (
-    "the face reaches far beyond the picture: use --worn for a close-up of the mouth by a camera "
-    "that is worn"
+    "the face reaches far beyond the picture: for a close-up of the mouth by a worn camera, use "
+    "--worn"
 )
 NO_EYES = (
     "the eyes are outside the picture: the head's size follows from the rest of the face, and all "

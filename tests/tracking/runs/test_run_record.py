@@ -217,7 +217,7 @@ def test_a_run_that_explains_little_holds_its_warning():
 
 @pytest.mark.parametrize(
     ("times", "begin", "end"),
-    [(1.0, None, None), (20.0, "the mouth is only 1.7 pixels", ""), (0.3, "", "for --worn")],
+    [(1.0, None, None), (20.0, "the mouth is only 1.7 pixels", ""), (0.3, "", "use --worn")],
     ids=["usual", "tiny mouth", "part of a face"],
 )
 def test_a_run_at_another_distance_holds_its_warning(times, begin, end):
@@ -257,7 +257,7 @@ def test_colours_are_doubted_only_where_they_may_count(terms, lines):
     """A run by a speaker's texture alone had warned of the face's colours."""
     poor = {"upper_lip": 0.65, "lower_lip": 0.7}
     classes = SimpleNamespace(
-        separability=poor, agreement=0.1, weight=0.1, chromatic=True, exposure=USUAL
+        separability=poor, agreement=0.1, weight=0.1, chromatic=True, exposure=USUAL, blue=False
     )
     setting = toy_setting()
     recorder = Recorder(replace(setting, face=setting.face.looking(colour=classes)))
