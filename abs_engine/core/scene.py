@@ -8,7 +8,7 @@ from __future__ import annotations
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,7 +41,8 @@ class Scene:
     Raises
     ------
     MeshError
-        If the arrays do not fit together or the mean is not a drawable mesh.
+        If the arrays do not fit together, one would be rounded or cut off in its type, or the mean
+        is not a drawable mesh.
     """
 
     mean: NDArray[np.float32]
@@ -55,7 +56,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         for name, kind in _DTYPES.items():
-            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), kind))
+            object.__setattr__(self, name, _as_drawn(name, getattr(self, name), kind))
         check_mesh(self.mean.astype(np.float64), self.faces)
         vertices, facets = len(self.mean), len(self.faces)
         fits = (
@@ -64,6 +65,7 @@ class Scene:
             and self.facet_class.shape == (facets,)
             and self.texture.ndim == 3
             and self.texture.shape[2] == 3
+            and self.texture.size
         )
         if not fits:
             raise MeshError("modes, uv, classes or texture do not fit the mesh", "check shapes")
@@ -106,6 +108,10 @@ class Scene:
 
     def vertices(self, weights: ArrayLike) -> NDArray[np.float64]:
         """Deformed vertices (V, 3), mm, head frame, for weights (P,)."""
+        if np.shape(weights) != (self.n_modes,):
+            raise ParameterError(
+                f"weights of shape {np.shape(weights)} are given", f"give ({self.n_modes},)"
+            )
         moved = np.tensordot(np.asarray(weights, np.float64), self.exact_modes, axes=1)
         return np.asarray(self.mean + moved, np.float64)
 
@@ -115,7 +121,7 @@ class Scene:
         return self.modes.astype(np.float64)
 
 
-_DTYPES = {
+_DTYPES: dict[str, type[np.generic]] = {
     "mean": np.float32,
     "modes": np.float32,
     "faces": np.int32,
@@ -123,6 +129,19 @@ _DTYPES = {
     "facet_class": np.int32,
     "texture": np.uint8,
 }
+
+
+def _as_drawn(name: str, given: ArrayLike, kind: type[np.generic]) -> NDArray[Any]:
+    """An array in the type that it is drawn in; else `MeshError`."""
+    remedy = f"give an array of {np.dtype(kind)}"
+    try:
+        array = np.ascontiguousarray(given, kind)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise MeshError(f"a scene's {name} cannot be read ({error})", remedy) from error
+    exact = np.dtype(kind).kind == "f" or np.asarray(given).dtype == kind
+    if not (exact or np.array_equal(array, given)):
+        raise MeshError(f"a scene's {name} holds fractions, or numbers out of range", remedy)
+    return array
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,11 +180,13 @@ class Candidates:
         cls, weights: ArrayLike, rotation_vectors: ArrayLike, translations: ArrayLike
     ) -> Candidates:
         """From weights (B, P), rotation vectors (B, 3) in radians and translations (B, 3) in mm."""
+        vectors = np.asarray(rotation_vectors, np.float64)
+        if vectors.ndim != 2 or vectors.shape[1] != 3:
+            raise ParameterError(f"rotation vectors have shape {vectors.shape}", "give (B, 3)")
         return cls(
-            np.asarray(weights, np.float64),
-            rotations(np.asarray(rotation_vectors, np.float64)),
+            np.asarray(weights, np.float64), rotations(vectors),
             np.asarray(translations, np.float64),
-        )
+        )  # fmt: skip
 
     def __len__(self) -> int:
         return len(self.weights)

@@ -129,9 +129,12 @@ class Speaker:
         ParameterError
             If there is no such person.
         """
+        return self.person(self.people[self._checked(person)])
+
+    def _checked(self, person: str) -> str:
         if person not in self.people:
             raise ParameterError(f"there is no person '{person}'", nearest(person, self.people))
-        return self.person(self.people[person])
+        return person
 
     def scaled(self, factor: float) -> Speaker:
         """The speaker with all of its lengths multiplied by a factor."""
@@ -143,11 +146,14 @@ class Speaker:
         )
 
     def texture(self, person: str | None = None) -> NDArray[np.uint8]:
-        """The painted texture of a person, by default the first, (H, W, 3) uint8 RGB."""
+        """The painted texture of a person, by default the first, (H, W, 3) uint8 RGB.
+
+        Raises as `named`.
+        """
         person = person or next(iter(self.people))
         if self.own_texture is not None:
             return self.looks.get(person, self.own_texture)
-        return read_image(self.folder / f"texture_{person}.jpg")
+        return read_image(self.folder / f"texture_{self._checked(person)}.jpg")
 
     def unit_matrix(self, names: tuple[str, ...]) -> NDArray[np.float32]:
         """Deltas (N, V, 3), mm, of the named face units."""

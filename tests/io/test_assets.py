@@ -42,6 +42,11 @@ def test_every_class_has_facets(speaker):
     assert (counts[1:] > 20).all()
 
 
+def test_a_person_who_is_not_there_has_no_texture(speaker):
+    with pytest.raises(ParameterError, match="did you mean 'clara'"):
+        speaker.texture("Clara")
+
+
 def test_the_units_are_the_52_of_arkit(speaker):
     assert len(speaker.unit_names) == len(set(speaker.unit_names)) == 52
     assert set(mouth_units()) <= set(speaker.unit_names)
