@@ -209,6 +209,20 @@ def test_an_ideal_camera_of_a_size_that_is_none(size):
         Camera.ideal(size)
 
 
+@pytest.mark.parametrize(
+    "matrix",
+    [
+        np.diag([1.0, 1, -1]), -np.eye(3), 2 * np.eye(3), np.zeros((3, 3)),
+        np.eye(3) + 0.01 * np.eye(3)[:, [1, 2, 0]], np.diag([1.0, 1, 1.01]),
+    ],
+)  # fmt: skip
+def test_a_pose_turns_and_neither_mirrors_nor_stretches(matrix):
+    with pytest.raises(ParameterError, match="no rotation"):
+        Pose(matrix, np.zeros(3))
+    for vector in np.random.default_rng(0).normal(0, 2, (20, 3)):
+        Pose(np.float32(rotations(vector[None])[0]).round(4), np.zeros(3))
+
+
 def test_poses_and_cameras_keep_what_they_were_made_of():
     rotation, translation = np.eye(3), np.zeros(3)
     matrix, distortion = lens("barrel").matrix.copy(), np.r_[0.1, np.zeros(7)]
