@@ -209,7 +209,7 @@ def _turns(matrix: FloatArray) -> bool:
         a * a + b * b + c * c - 1, d * d + e * e + f * f - 1, a * d + b * e + c * f,
         b * f - c * e - g, c * d - a * f - h, a * e - b * d - i,
     )  # fmt: skip
-    return max(off) < _ROUNDING and min(off) > -_ROUNDING
+    return bool(max(off) < _ROUNDING and min(off) > -_ROUNDING)
 
 
 def _numbers(given: ArrayLike, *shape: int) -> FloatArray:
